@@ -15,7 +15,7 @@ stopped. Without, `write` of the result leaves the files. Its ``failures``, or `
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from pmor.lab.study.settings import Study
     from pmor.machine.loader import GearboxFile
     from pmor.sets.loader import SetFile
+    from pmor.work.cost import Plan
 
 Place = Path | str
 
@@ -111,24 +112,24 @@ def plan(file: Any) -> str:
     GeometryError, MeshError
         When there is no such gear, pair or mesh.
     """
-    settings = load(file) if isinstance(file, str | Path) else file
-    text: str = called(KINDS[kind_of_settings(settings)].plan)(settings)
-    return f"{text}\n\n{planned(settings)}"
+    return "\n\n".join(plan_parts(load(file) if isinstance(file, str | Path) else file))
 
 
-def planned_seconds(settings: Any) -> dict[str, float]:
-    """Return the time of one core that each command takes which answers settings, s, by its name.
-
-    Within a factor of two, with kernels that are compiled, without bodies that are kept.
-    """
-    found: dict[str, float] = called(KINDS[kind_of_settings(settings)].seconds)(settings)
+def plan_of(settings: Any) -> Plan:
+    """Return the plan of settings: its text, and the time of each command that answers them."""
+    found: Plan = called(KINDS[kind_of_settings(settings)].plan)(settings)
     return found
 
 
-def planned(settings: Any) -> str:
-    """Return the last lines of a plan: the time of each command that answers settings."""
-    rows = [f"  {typed(name):<34} about {format_time(s)}" for name, s in planned_seconds(settings).items()]
-    return "\n".join(["In all: time of one core, within a factor of two", *rows])
+def plan_parts(settings: Any) -> Iterator[str]:
+    """Yield the parts of a plan; the last one tells the time of each command that answers settings."""
+    found = plan_of(settings)
+    yield from found.parts()
+    rows = {typed(name): seconds for name, seconds in found.seconds.items()}
+    if found.compiling_s:
+        rows["and once, to compile kernels"] = found.compiling_s
+    lines = [f"  {name:<34} about {format_time(seconds)}" for name, seconds in rows.items()]
+    yield "\n".join(["In all: time of one core, within a factor of two", *lines])
 
 
 @suggesting

@@ -82,23 +82,19 @@ def _case(path: Path, command: str, out: Path | None, jobs: int, overwrite: bool
 
 def _foretold(name: str, settings: Any) -> str:
     """What is said of a command that takes long: how long, by its plan where there is one."""
-    seconds = {} if kind_of_settings(settings) == "campaign" else capabilities.planned_seconds(settings)
-    if name not in seconds:
+    found = None if kind_of_settings(settings) == "campaign" else capabilities.plan_of(settings)
+    if found is None or name not in found.seconds:
         return f"{settings.name}: at work ..."
-    return f"{settings.name}: takes about {format_time(seconds[name])} of one core, less where bodies are kept ..."
+    once = f", and {format_time(found.compiling_s)} once to compile kernels" if found.compiling_s else ""
+    seconds = format_time(found.seconds[name])
+    return f"{settings.name}: takes about {seconds} of one core, less where bodies are kept{once} ..."
 
 
 def plan(file_path: Path) -> None:
     """Print what will run, and how much of it; runs nothing."""
-    from pmor.app.plan import plan_parts
-
-    settings = capabilities.load(file_path)
-    if kind_of_settings(settings) != "case":
-        print(capabilities.plan(settings))
-        return
-    for number, part in enumerate(plan_parts(settings)):  # the first ones stand where there is too little memory
+    parts = capabilities.plan_parts(capabilities.load(file_path))
+    for number, part in enumerate(parts):  # the first ones stand where there is too little memory
         print("\n" * (number > 0) + part)
-    print(f"\n{capabilities.planned(settings)}")
 
 
 def new(kind: str) -> None:

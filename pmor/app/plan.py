@@ -12,11 +12,12 @@ from pmor.case.capability import left_out, why_not
 from pmor.case.document import GEARS
 from pmor.case.duty import shares
 from pmor.case.width import asks_for_live_page, intervals_across, meshed_width, sections_across, takes_whole_width
+from pmor.dynamics.cost import motion_seconds
 from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.drawn import drawn_gears
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.report.blank_figure import section_text
-from pmor.work.cost import refuse_beyond_memory, stage_lines, stages
+from pmor.work.cost import COMPILING, Plan, plan_texts, refuse_beyond_memory, seconds_of, stage_lines, stages
 
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",
@@ -38,34 +39,27 @@ NOT_WRITTEN = {
 }  # fmt: skip
 
 
-def plan_parts(case: Case) -> Iterator[str]:
-    """Plan of a case, part by part: all settings with the defaults marked, sizes, the number of solves, and so on.
+def plan(case: Case) -> Plan:
+    """Return the plan of a case: all settings with the defaults marked, sizes, the number of solves, and so on.
+
+    Its parts raise CaseError between two of them when the case takes more memory than there is: the others would need a
+    mesh.
 
     Raises
     ------
-    CaseError
-        Between two parts, when the case takes more memory than there is: the others would need a mesh.
-    GeometryError, MeshError
-    """
-    refuse_loads_unmeshed(case)  # before anything is printed
-    for part in PARTS:
-        if part is _computed_and_skipped:
-            refuse_beyond_memory(case)
-        if lines := part(case):
-            yield "\n".join(lines)
-
-
-def plan_case(case: Case) -> str:
-    """Return the plan of a case, with sizes, peak memory and time.
-
-    Raises
-    ------
-    CaseError
-        When the case takes more memory than there is.
     GeometryError, MeshError
         When there is no such gear, pair or mesh.
     """
-    return "\n\n".join(plan_parts(case))
+    found, motion = stages(case), motion_seconds(case)
+
+    def parts() -> Iterator[str]:
+        refuse_loads_unmeshed(case)  # before anything is printed
+        yield from plan_texts(*(part(case) for part in PARTS), stage_lines(found))
+        refuse_beyond_memory(case)
+        yield from plan_texts(_computed_and_skipped(case))
+
+    moved = {} if motion is None else {"dynamics": motion}
+    return Plan(parts, {"run": seconds_of(found), **moved}, seconds_of(found, COMPILING))
 
 
 def _heading(case: Case) -> list[str]:
@@ -180,10 +174,6 @@ def _training_text(case: Case) -> str:
     return text if count == 1 else f"{text} x {count} misalignments"
 
 
-def _cost(case: Case) -> list[str]:
-    return stage_lines(stages(case))
-
-
 def _ranges(case: Case) -> list[str]:
     """Ranges of the parameters that a training spread over them covers."""
     offline = case.offline
@@ -252,5 +242,5 @@ def _torques_text(torques: tuple[float, ...]) -> str:
 
 
 PARTS: tuple[Callable[[Case], list[str]], ...] = (
-    _heading, _settings, _geometry, _blanks, _conditions, _loads, _sizes, _work, _models, _cost, _computed_and_skipped,
+    _heading, _settings, _geometry, _blanks, _conditions, _loads, _sizes, _work, _models,
 )  # fmt: skip

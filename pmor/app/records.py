@@ -37,9 +37,7 @@ class Kind:
     types : tuple of str
         Names of the classes of what `load` returns.
     load, plan, parse : str
-        Reads a file; tells how much work it is; takes the text of a machine, made in Python.
-    seconds : str
-        Estimates the time of one core, by the names of the commands that answer a file.
+        Reads a file; returns its `pmor.work.cost.Plan`; takes the text of a machine, made in Python.
     """
 
     words: str
@@ -48,7 +46,6 @@ class Kind:
     types: tuple[str, ...]
     load: str
     plan: str
-    seconds: str
     parse: str = ""
 
 
@@ -56,27 +53,26 @@ class Kind:
 KINDS: Mapping[str, Kind] = {
     "study": Kind(
         "a study", "study", ("grid", "variant", "rung"), ("Study",), "pmor.lab.study.settings:load",
-        "pmor.lab.study.plan:plan", "pmor.lab.study.plan:seconds",
+        "pmor.lab.study.plan:plan",
     ),
     "campaign": Kind(
         "a campaign", "campaign", ("designs",), ("Campaign",), "pmor.campaigns.loader:load",
-        "pmor.campaigns.plan:plan", "pmor.campaigns.plan:seconds",
+        "pmor.campaigns.plan:plan",
     ),
     "design": Kind(
         "a design", "design", ("variables",), ("DesignFile",), "pmor.design.loader:load",
-        "pmor.design.plan:plan", "pmor.design.plan:seconds",
+        "pmor.design.plan:plan",
     ),
     "gearbox": Kind(
         "a gearbox", "run", ("shafts", "bearings"), ("GearboxFile",), "pmor.rexs.files:load_gearbox",
-        "pmor.machine.plan:plan", "pmor.machine.plan:seconds", "pmor.rexs.files:parse_gearbox",
+        "pmor.machine.plan:plan", "pmor.rexs.files:parse_gearbox",
     ),
     "set": Kind(
         "a planetary set or a train of gears", "run", ("sun", "planet", "planets", "ring", "gears"), ("SetFile",),
-        "pmor.rexs.files:load_set", "pmor.sets.preview:plan", "pmor.sets.preview:seconds", "pmor.sets.loader:parse_set",
+        "pmor.rexs.files:load_set", "pmor.sets.preview:plan", "pmor.sets.loader:parse_set",
     ),
     "case": Kind(
-        "a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.plan:plan_case",
-        "pmor.dynamics.cost:seconds",
+        "a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.plan:plan",
     ),
 }  # fmt: skip
 # What a file is called at the desk: a case is one of a pair.

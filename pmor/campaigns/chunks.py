@@ -8,11 +8,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from pmor.campaigns.campaign import Campaign
-from pmor.campaigns.kind import Design
+from pmor.campaigns.kind import Cost, Design
 from pmor.campaigns.rows import NAME, Answer, Keys, read_answer
 from pmor.core.errors import FileFormatError, PmorError
 from pmor.report.data_files import write_summary_json
@@ -50,22 +51,32 @@ class Chunk:
         return range(self.first, self.first + self.count)
 
 
-def expected_seconds(campaign: Campaign, table: Callable[[int], Design]) -> float:
-    """Return the mean time of a design by the model of cost, from a sample in which some can be made."""
-    kind, text, feasible, infeasible = campaign.kind, campaign.base_text, list[float](), 0
+class Expected(NamedTuple):
+    """Means of a sample of designs in which some can be made: of all, s, of those on fine angles; share of these."""
+
+    seconds: float
+    finely: float
+    share: float
+
+
+def expected_cost(campaign: Campaign, table: Callable[[int], Design]) -> Expected:
+    """Return what a design of a campaign takes by the model of cost."""
+    kind, text, feasible, infeasible = campaign.kind, campaign.base_text, list[Cost](), 0
     elements = dict[str, float]()  # each is solved once
     places = np.unique(np.linspace(0, campaign.count - 1, MOST_LOOKED, dtype=int))
     for place in np.random.default_rng(0).permutation(places).tolist():
         try:
             complete = kind.complete(text, table(place), campaign.sections.relations)
-            own = kind.text(text, complete)
-            elements |= kind.elements(own, NAME)
-            feasible.append(kind.seconds(own, NAME))
+            feasible.append(kind.cost(kind.text(text, complete), NAME, campaign.results))
+            elements |= feasible[-1].elements
         except PmorError:
             infeasible += 1
         if len(feasible) == SAMPLE:
             break
-    return (sum(feasible) + sum(elements.values()) + INFEASIBLE_S * infeasible) / (len(feasible) + infeasible)
+    solved, finely = (sum(getattr(one, name) for one in feasible) for name in ("solved", "finely"))
+    looked_at = len(feasible) + infeasible
+    mean = (solved + sum(elements.values()) + INFEASIBLE_S * infeasible) / looked_at
+    return Expected(mean, finely / max(len(feasible), 1), len(feasible) / looked_at)
 
 
 def chunks_of(count: int, seconds: float) -> list[Chunk]:

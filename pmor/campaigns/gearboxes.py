@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from pmor.campaigns.keys import by_section, parts_in, split, with_value
-from pmor.campaigns.kind import Design, Kind, Number, Solved
+from pmor.campaigns.kind import Cost, Design, Kind, Number, Solved
 from pmor.campaigns.relations import with_relations
 from pmor.campaigns.set_relations import known_in, with_kept_sums
 from pmor.campaigns.set_relations import text_of_design as text_of_set
@@ -34,7 +34,7 @@ from pmor.gear.inertia import Inertia
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loader import GearboxFile
 from pmor.machine.loader import load as load_toml
-from pmor.machine.plan import LOADS, stages_of_gearbox
+from pmor.machine.plan import LOADS, motion_of_gearbox, stages_of_gearbox
 from pmor.machine.readings import load_data
 from pmor.machine.run import meshes_and_trains, solved_loads
 from pmor.pair.drawn import gear_inertias
@@ -43,9 +43,12 @@ from pmor.results.quantities import TABLE, Quantity
 from pmor.rexs.files import load_gearbox
 from pmor.rexs.to_toml import gearbox_texts
 from pmor.sets.loader import sections_of
+from pmor.sets.preview import STRESS
 from pmor.storage.gear_store import KeptGear, Store
-from pmor.work.cost import FINITE_ELEMENTS, START_S, refuse_beyond_memory, stages
+from pmor.work.cost import body_seconds, refuse_beyond_memory, seconds_of
 
+# *Measured*, seconds: files of a gearbox written and read.
+OPENING_S = 0.2
 # Stands for the name of the gearbox file in the names of those beside it.
 STEM = "{stem}"
 Data = dict[str, Any]
@@ -223,19 +226,14 @@ def _refuse(text: str, name: str) -> None:
             refuse_beyond_memory(case)
 
 
-def _seconds(text: str, name: str) -> float:
+def _cost(text: str, name: str, keys: tuple[str, ...]) -> Cost:
     with _opened(text, name) as file:
         own = LOADS.format(len(file.model.sections.loads))
-        return START_S + sum(stage.seconds for stage in stages_of_gearbox(file) if stage.name.startswith(own))
-
-
-def _elements(text: str, name: str) -> dict[str, float]:
-    with _opened(text, name) as file:
+        solved = OPENING_S + seconds_of(stages_of_gearbox(file), own, STRESS)
+        if any(split(key)[1] in OF_MOTION for key in keys) and (motion := motion_of_gearbox(file)) is not None:
+            solved += motion.seconds
         cases = [*file.cases.values(), *(case for one in file.model.sets.values() for case in one.cases.values())]
-    return {
-        repr((case.pair, case.mesh)): stage.seconds
-        for case in cases for stage in stages(case) if stage.name == FINITE_ELEMENTS
-    }  # fmt: skip
+    return Cost(solved, {repr((case.pair, case.mesh)): body_seconds(case) for case in cases})
 
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
@@ -311,5 +309,5 @@ def _peaks(text: str, name: str, store: Store) -> Mapping[str, float]:
 GEARBOXES = Kind(
     key="gearbox", gear="high_speed.pinion", sections=GearboxCampaign, known={}, figures=(), first=(),
     base_text=_base_text, complete=complete, text=_text, why=lambda reason, *_: reason, refuse=_refuse,
-    seconds=_seconds, elements=_elements, solve=_solve, peaks=_peaks, of_base=_of_base, files=files_of,
+    cost=_cost, solve=_solve, peaks=_peaks, of_base=_of_base, files=files_of,
 )  # fmt: skip

@@ -28,6 +28,24 @@ class Solved(NamedTuple):
     failure: str = ""
 
 
+class Cost(NamedTuple):
+    """Time of a design, s.
+
+    Parameters
+    ----------
+    solved : float
+        Beside finite elements.
+    elements : mapping of str to float
+        Of finite elements, by what tells those apart that designs share.
+    finely : float
+        Of its `PEAKS` on fine angles, beside finite elements.
+    """
+
+    solved: float
+    elements: Mapping[str, float]
+    finely: float = 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Kind:
     """A kind of designs; `text` is that of the base file of a design, `name` the design in messages.
@@ -59,10 +77,8 @@ class Kind:
         (reason, base text, keys, relations) to the reason with what relations made of the design.
     refuse : callable
         (text, name): raises what a design cannot be made for, as far as this shows before it is meshed.
-    seconds : callable
-        (text, name) to the expected time, beside that of `elements`.
-    elements : callable
-        (text, name) to the time of finite elements that designs share, by what tells them apart.
+    cost : callable
+        (text, name, keys of the results that are asked for) to the `Cost` of a design.
     solve : callable
         (text, name, store, keys of the results that are asked for).
     peaks : callable
@@ -84,10 +100,9 @@ class Kind:
     text: Callable[[str, Design], str]
     why: Callable[[str, str, Design, Any], str]
     refuse: Callable[[str, str], None]
-    seconds: Callable[[str, str], float]
+    cost: Callable[[str, str, tuple[str, ...]], Cost]
     solve: Callable[[str, str, Store, tuple[str, ...]], Solved]
     peaks: Callable[[str, str, Store], Mapping[str, float]]
-    elements: Callable[[str, str], Mapping[str, float]] = lambda text, name: {}
     of_base: Callable[[Path], Kind] | None = None
     of_loads: Mapping[str, tuple[Quantity, ...]] = field(default_factory=dict)
     files: Callable[[str, str], dict[str, str]] = lambda text, stem: {".toml": text}

@@ -9,21 +9,22 @@ from typing import Any
 import numpy as np
 
 from pmor.campaigns.keys import split
-from pmor.campaigns.kind import PEAKS, Kind, Solved
+from pmor.campaigns.kind import PEAKS, Cost, Kind, Solved
 from pmor.campaigns.peaks import settled_peaks
 from pmor.campaigns.relations import text_of_design, why_infeasible, with_relations
 from pmor.campaigns.relief import best_relief
 from pmor.campaigns.settings import OF_RELIEF, USUAL, PairCampaign, Relations
 from pmor.case import Case, change_case, changed_text, parse_case, text_of
 from pmor.case.capability import why_not
-from pmor.case.models import coarser
 from pmor.case.reader import parse_toml, read_text
 from pmor.case.schema import SECTIONS
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
+from pmor.design.fine import fine_angles
+from pmor.design.plan import position_seconds
 from pmor.pair.conditions import conditions_of
 from pmor.pair.drawn import gear_inertias
-from pmor.pair.model import refuse_loads_unmeshed
+from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.reduction.basis import Basis
 from pmor.report.torque_table import figures_at
 from pmor.results.load_distribution import line_states
@@ -31,7 +32,7 @@ from pmor.results.quantities import TABLE, figures_of_mesh
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep, peak_to_peak_um
 from pmor.storage.gear_store import Store
-from pmor.work.cost import FINITE_ELEMENTS, meshed_within_memory, refuse_beyond_memory, stages
+from pmor.work.cost import body_seconds, meshed_within_memory, refuse_beyond_memory, seconds_of, stages
 from pmor_offline.gears import line_basis
 from pmor_online.compare import failed_positions
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
@@ -43,6 +44,8 @@ FIRST = (
     "effective_contact_ratio",
 )  # fmt: skip
 SWEEP = "sweep"
+# Sweeps on fine angles in which the relief that suits a design is found.
+RELIEF_SWEEPS = 10
 
 
 def _base_text(base: Path, relations: Relations, fixed: Mapping[str, Any], place: str) -> str:
@@ -72,14 +75,13 @@ def _refuse(text: str, name: str) -> None:
     refuse_beyond_memory(case)
 
 
-def _seconds(text: str, name: str) -> float:
+def _cost(text: str, name: str, keys: tuple[str, ...]) -> Cost:
     case = parse_case(text, name, name)
-    coarse = coarser(case)
-    own = {stage.name: stage.seconds for stage in stages(case)}
-    elements = own[FINITE_ELEMENTS]
-    if coarse is not None:
-        elements += sum(stage.seconds for stage in stages(coarse) if stage.name == FINITE_ELEMENTS)
-    return elements + own[SWEEP]
+    position, torques = position_seconds(gear_pair(case), case), len(case.online.torques_Nm)
+    swept = fine_angles(case.online.angles_per_pitch) * torques * position
+    relieved = 0.0 if set(OF_RELIEF).isdisjoint(keys) else RELIEF_SWEEPS * swept
+    elements = {repr((case.pair, case.mesh)): body_seconds(case)}
+    return Cost(seconds_of(stages(case), SWEEP) + relieved, elements, swept)
 
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
@@ -160,5 +162,5 @@ PAIRS = Kind(
     key="case", gear="pinion", sections=PairCampaign, known=SECTIONS, first=FIRST,
     figures=tuple(TABLE[key] for key in (*USUAL, *OF_RELIEF)),
     base_text=_base_text, complete=with_relations, text=text_of_design, why=why_infeasible, refuse=_refuse,
-    seconds=_seconds, solve=_solve, peaks=_peaks,
+    cost=_cost, solve=_solve, peaks=_peaks,
 )  # fmt: skip

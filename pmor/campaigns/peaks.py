@@ -9,7 +9,7 @@ import numpy as np
 from pmor.campaigns.kind import ANGLES, PEAKS
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.design.fine import FEWEST, MOST, NOISE, SETTLED
+from pmor.design.fine import MOST, NOISE, SETTLED, first_angles
 
 
 def settled_peaks(spans: Callable[[int], FloatArray], few: int, nominal: int, pitches: int = 1) -> dict[str, float]:
@@ -32,7 +32,7 @@ def settled_peaks(spans: Callable[[int], FloatArray], few: int, nominal: int, pi
         Where a position did not converge, or the STE still moves on the finest angles.
     """
     before: FloatArray | None = None
-    angles = few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / (few * pitches)))))
+    angles = first_angles(few, pitches)
     while angles <= max(MOST, 4 * few):
         found = spans(angles)
         if not np.isfinite(found).all():

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import fields
 
 from pmor.campaigns.campaign import Campaign, Span, Variable
-from pmor.campaigns.chunks import chunks_of, expected_seconds
-from pmor.campaigns.kind import Design
+from pmor.campaigns.chunks import chunks_of, expected_cost
+from pmor.campaigns.fine import BEST
+from pmor.campaigns.kind import PEAKS, Design
 from pmor.campaigns.page import common_reasons
 from pmor.campaigns.rows import NAME
 from pmor.campaigns.table import designs_of, different_designs
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError, GeometryError, InsufficientMemoryError, MeshError
 from pmor.core.progress import format_time
-from pmor.work.cost import START_S
+from pmor.work.cost import START_S, Plan, compiling_seconds, plan_texts
 
 # *Measured*, seconds: of page and pictures.
 PAGE_S = 3.0
@@ -21,12 +23,19 @@ PAGE_S = 3.0
 MOST_CHECKED, FEW_VALUES, COMMON_REASONS = 1_000, 6, 8
 
 
-def plan(campaign: Campaign) -> str:
-    """Return the plan of a campaign."""
+def plan(campaign: Campaign) -> Plan:
+    """Return the plan of a campaign; processes share its time."""
     numbers, _ = different_designs(campaign)
     count = len(numbers)
-    parts = _designs(campaign, count), _feasible(campaign, numbers.tolist()), _work(campaign, count)
-    return "\n\n".join("\n".join(lines) for lines in parts)
+    one = expected_cost(campaign, designs_of(campaign))
+    judged = one.finely * min(count * one.share, BEST + 1) if set(PEAKS) & set(campaign.results) else 0.0
+
+    def parts() -> Iterator[str]:
+        work = _work(campaign, count, one.seconds, judged)
+        yield from plan_texts(_designs(campaign, count), _feasible(campaign, numbers.tolist()), work)
+
+    seconds = {"campaign": 2.0 * START_S + count * one.seconds + judged + PAGE_S}
+    return Plan(parts, seconds, compiling_seconds())
 
 
 def _designs(campaign: Campaign, different: int) -> list[str]:
@@ -89,18 +98,12 @@ def why_not(campaign: Campaign, number: int, design: Design) -> str:
     return ""
 
 
-def seconds(campaign: Campaign) -> dict[str, float]:
-    """Return the time that commands take with a campaign, s, by name; processes share it."""
-    numbers, _ = different_designs(campaign)
-    return {"campaign": START_S + len(numbers) * expected_seconds(campaign, designs_of(campaign)) + PAGE_S}
-
-
-def _work(campaign: Campaign, different: int) -> list[str]:
-    seconds = expected_seconds(campaign, designs_of(campaign))
+def _work(campaign: Campaign, different: int, seconds: float, judged: float) -> list[str]:
     chunks = chunks_of(different, seconds)
     limit, one = campaign.sections.workers, format_time(seconds) if seconds > 1.0 else f"{seconds:.1g} s"
     return [
         "Work",
         f"  about {one} of one processor for a design on average, over --jobs N",
         f"  {len(chunks)} chunks, each kept when it is finished; {limit.time_limit_s:g} s at most for a design",
+        *([f"  the best ones on fine angles, about {format_time(judged)}"] if judged else []),
     ]

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmor.campaigns.campaign import Campaign
-from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds, key_of_campaign
+from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_cost, key_of_campaign
 from pmor.campaigns.columns import Effort
 from pmor.campaigns.fine import judged_finely
 from pmor.campaigns.kind import ANGLES, PEAKS
@@ -20,6 +20,7 @@ from pmor.campaigns.rows import Answer, Keys, Row, Task
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, lost_answer, solve_order
 from pmor.campaigns.table import designs_of, different_designs
+from pmor.core.progress import format_time
 from pmor.storage.gear_store import Store, open_store, refuse_foreign_store, remove_unfinished
 from pmor.work.pace import Pace
 from pmor.work.results import pieces_folder
@@ -68,7 +69,8 @@ def task_of(campaign: Campaign, store: Store) -> Task:
 def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Callable[[int], None]) -> CampaignResult:
     table = designs_of(campaign)
     numbers, places = different_designs(campaign)
-    chunks = chunks_of(len(numbers), expected_seconds(campaign, table))
+    one = expected_cost(campaign, table).seconds
+    chunks = chunks_of(len(numbers), one)
     store = campaign.sections.store
     kept = open_store(Path(store.folder), store.limit_GiB)
     task = task_of(campaign, kept)
@@ -77,7 +79,8 @@ def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Calla
     known = {chunk.number for chunk, _ in files.finished()}
     missing = {chunk.number: chunk for chunk in chunks if chunk.number not in known}
     resumed = len(numbers) - sum(chunk.count for chunk in missing.values())
-    LOG.info("%d designs in %d chunks", len(numbers), len(chunks))
+    told = format_time(one * len(numbers))
+    LOG.info("%d designs in %d chunks, about %s of one core", len(numbers), len(chunks), told)
     if len(numbers) < campaign.count:
         LOG.info("%d designs stand in the table before: each is solved once", campaign.count - len(numbers))
     pace = Pace("designs", len(numbers), resumed, every_s=SAY_EVERY_S)

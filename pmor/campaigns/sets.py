@@ -9,13 +9,14 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from pmor.campaigns.kind import PEAKS, Kind, Solved
+from pmor.campaigns.kind import PEAKS, Cost, Kind, Solved
 from pmor.campaigns.peaks import settled_peaks
 from pmor.campaigns.set_relations import KNOWN, known_in, text_of_design, why_infeasible, with_relations
 from pmor.campaigns.settings import OF_SETS, SetCampaign, SetRelations
 from pmor.campaigns.trains import figures_in, figures_of_train, known_of
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
+from pmor.design.fine import fine_angles
 from pmor.line.several import GearTrain
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import held_radii
@@ -25,12 +26,12 @@ from pmor.sets.kinematics import speed_ratio
 from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.loader import SetFile, parse_set
 from pmor.sets.plan import planets_gap_mm
-from pmor.sets.preview import PAGE, pairs_of, refuse_large_set, stages_of_set
+from pmor.sets.preview import STRESS, SWEEP, pairs_of, refuse_large_set, stages_of_set, sweep_seconds
 from pmor.sets.readings import Data, plain, set_data
 from pmor.sets.run import first_torques_Nm, solved, train_of
 from pmor.sets.solution import solve_set
 from pmor.storage.gear_store import Store
-from pmor.work.cost import CASELESS
+from pmor.work.cost import body_seconds, seconds_of
 
 FIRST = (
     PEAKS[0], "mass_kg", "root_stress_sun_MPa", "root_stress_planet_MPa", "root_stress_ring_MPa", "k_gamma",
@@ -81,8 +82,12 @@ def _refuse(text: str, name: str) -> None:
     refuse_large_set(_file(text, name))
 
 
-def _seconds(text: str, name: str) -> float:
-    return sum(stage.seconds for stage in stages_of_set(_file(text, name)) if stage.name not in (*CASELESS, PAGE))
+def _cost(text: str, name: str, keys: tuple[str, ...]) -> Cost:
+    file = _file(text, name)
+    torques, fine = len(file.torques_Nm), fine_angles(file.angles_per_pitch * file.pitches) / file.pitches
+    elements = {repr((case.pair, case.mesh)): body_seconds(case) for case in file.cases.values()}
+    solved = seconds_of(stages_of_set(file), SWEEP, STRESS)
+    return Cost(solved, elements, sweep_seconds(file, torques, fine))
 
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
@@ -200,6 +205,6 @@ def _of_base(base: Path) -> Kind:
 SETS = Kind(
     key="set", gear="sun", sections=SetCampaign, known=KNOWN, first=FIRST, base_text=_base_text,
     figures=tuple(TABLE[key] for key in OF_SETS),
-    complete=with_relations, text=text_of_design, why=why_infeasible, refuse=_refuse, seconds=_seconds, solve=_solve,
+    complete=with_relations, text=text_of_design, why=why_infeasible, refuse=_refuse, cost=_cost, solve=_solve,
     peaks=_peaks, of_base=_of_base,
 )  # fmt: skip

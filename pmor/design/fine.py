@@ -80,8 +80,17 @@ def judged_on_what_is_left(judge: Judge, x: FloatArray | None) -> tuple[Verdict,
 
 
 def _first(judge: Judge) -> int:
-    few = judge.design.search.angles
-    return int(few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few)))))
+    return first_angles(judge.design.search.angles)
+
+
+def first_angles(few: int, pitches: int = 1) -> int:
+    """Return the fewest of the fine angles per pitch, where a file asks for few ones over so many pitches."""
+    return few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / (few * pitches)))))
+
+
+def fine_angles(few: int) -> int:
+    """Return how many angles are solved in all until results no longer move, about: a first level and a second one."""
+    return 3 * first_angles(few)
 
 
 def best_finely(judge: Judge, verdicts: Sequence[Verdict]) -> Verdict:

@@ -2,39 +2,59 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping
+
 from pmor.case import Case
 from pmor.case.width import sections_across
 from pmor.core.progress import format_time
 from pmor.design.elements import coarse_design
 from pmor.design.files import DesignFile
-from pmor.design.readings import FINER, FRESH
+from pmor.design.fine import FEWEST, first_angles
+from pmor.design.measures import order_of
+from pmor.design.readings import CONTOUR, FINER, FRESH, MOST_CONTOURED, MOST_PAIRED, TORQUES
 from pmor.design.search import MOST_SINGLE, first_samples
 from pmor.design.settings import Design, Variable
+from pmor.dynamics.whine.hill import FURTHER
 from pmor.gear.pair import GearPair
+from pmor.line.hub_law import COORDINATES
+from pmor.machine.plan import LOADS, stages_of_gearbox
 from pmor.pair.model import gear_pair
-from pmor.sets.preview import SWEEP, stages_of_set
-from pmor.work.cost import FINITE_ELEMENTS, START_S, stages
+from pmor.sets.preview import PER_HARMONIC
+from pmor.sets.preview import position_seconds as position_seconds_of_set
+from pmor.work.cost import START_S, Plan, body_seconds, compiling_seconds, plan_texts, seconds_of
 
-# *Measured*, seconds: of a position, and of the sections in contact in it to the second power; of the page.
-POSITION_S, SECTIONS_S, PAGE_S = 6e-6, 1.2e-7, 3.0
-# *Measured*: sweeps of a set that take as long as a judgement, which places its flanks anew and has their derivatives.
-SET_SWEEPS = 3.8
+# *Measured*, seconds: of a position, and of the sections in contact in it to the second power; of an equation of motion
+# at a speed, by all of them; of the page.
+POSITION_S, SECTIONS_S, EQUATION_S, PAGE_S = 6e-6, 1.2e-7, 7e-7, 3.0
 # Share of the finite elements in the whole from which on the first result is found on half as many elements.
 COARSE_SHARE = 0.1
-# *Measured*: judgements of a descent, of one under a bound more, beside those by which each variable moves constraints;
-# fine judgements, in those of the search, as drawn and over scatter.
-DESCENT, BOUND, CONSTRAINED, FINE, FINE_SCATTERED = 50, 20, 12, 600, 200
+# *Measured*: steps of a descent, of one under a bound more, beside those by which each variable moves constraints;
+# variants that are judged on the fewest of fine angles, as drawn and over scatter, where twice as many as those of the
+# search are the fewest.
+STEPS, BOUND, CONSTRAINED, FINE, FINE_SCATTERED = 40, 20, 12, 45, 90
+# Flanks with which the whole gearbox is solved anew; laws of a mesh in motion for each of its flanks.
+ANEW, LAWS = 4, 3
 
 
 def coarse_first(file: DesignFile) -> DesignFile | None:
     """Return the design on half as many elements where its first result comes from these; None where it does not."""
-    share = _element_seconds(file) / _whole_seconds(file)
+    share = _element_seconds(file) / plan(file).seconds["design"]
     return coarse_design(file) if share > COARSE_SHARE else None
 
 
-def plan(file: DesignFile) -> str:
-    """Return the plan of a design."""
-    return "\n\n".join("\n".join(lines) for lines in (_searched(file.design, file), _work(file)))
+def plan(file: DesignFile) -> Plan:
+    """Return the plan of a design; all processors share the search."""
+    counts, one = _judgements(file), _seconds_of_variant(file)
+    search = sum(counts.values()) * one + _variants(file) * _seconds_in_motion(file)
+    seconds = START_S + _element_seconds(file) + search + PAGE_S
+    if file.box is not None:
+        seconds += _seconds_on_aligned_axes(file, counts, one) + ANEW * _equilibrium_seconds(file)
+
+    def parts() -> Iterator[str]:
+        yield from plan_texts(_searched(file.design, file), _work(file, sum(counts.values()), search))
+
+    return Plan(parts, {"design": seconds}, compiling_seconds(file.cases.values()))
 
 
 def _searched(design: Design, file: DesignFile) -> list[str]:
@@ -66,22 +86,21 @@ def _words(variable: Variable) -> str:
     return f"{variable.name} from {low:g} to {high:g}{step}"
 
 
-def _work(file: DesignFile) -> list[str]:
+def _work(file: DesignFile, judgements: float, search: float) -> list[str]:
     design = file.design
-    draws = design.scatter.draws if design.scatters else 1
-    positions = len(design.load.labels) * design.search.angles * file.pitches * draws
+    positions = len(design.load.labels) * design.search.angles * file.pitches
     lines = [
         "Work",
-        *(f"  finite elements     {name}: {format_time(_seconds(case))}" for name, case in file.cases.items()),
-        f"  a variant           {positions} positions",
+        *(f"  finite elements     {name}: {format_time(body_seconds(case))}" for name, case in file.cases.items()),
+        f"  a variant           {positions} positions{f' of {_draws(file)} draws' if design.scatters else ''}",
         f"  samples, descents   {design.search.samples}, {design.search.descents}; "
         f"{design.pareto.points} points of the front against {design.pareto.against}",
     ]
-    judgements, seconds = _judgements(file), _seconds_of_variant(file) * draws
     first = coarse_first(file) or file
-    begin = START_S + _element_seconds(first) + _first(file) * _seconds_of_variant(first) * draws
+    one = _draws(file) * _seconds_of_variant(first) + _seconds_in_motion(first)
+    begin = START_S + _element_seconds(first) + _first(file) * one
     lines += [
-        f"  judgements          about {judgements:,} of a variant, {format_time(judgements * seconds)}",
+        f"  judgements          about {round(judgements):,} of a variant as drawn, {format_time(search)}",
         f"  first result        after about {format_time(begin)}" + ", on half as many elements" * (first is not file),
     ]
     if file.box is not None:
@@ -89,53 +108,97 @@ def _work(file: DesignFile) -> list[str]:
     return lines
 
 
-def seconds(file: DesignFile) -> dict[str, float]:
-    """Return the time that commands take with a design, s, by name; all processors share the search."""
-    return {"design": _whole_seconds(file)}
-
-
-def _whole_seconds(file: DesignFile) -> float:
-    draws = file.design.scatter.draws if file.design.scatters else 1
-    search = _judgements(file) * _seconds_of_variant(file) * draws
-    return START_S + _element_seconds(file) + PAGE_S + (1 + (file.box is not None)) * search
-
-
 def _element_seconds(file: DesignFile) -> float:
-    return sum(_seconds(case) for case in file.cases.values())
+    return sum(map(body_seconds, file.cases.values()))
 
 
-def _seconds(case: Case) -> float:
-    return sum(stage.seconds for stage in stages(case) if stage.name == FINITE_ELEMENTS)
+def _draws(file: DesignFile) -> int:
+    return file.design.scatter.draws if file.design.scatters else 1
 
 
-def _judgements(file: DesignFile) -> int:
-    """Judgements of a variant in a search, about."""
-    design = file.design
-    bound = CONSTRAINED * len(design.variables)
-    descents = design.search.descents + (len(design.load.labels) if 1 < len(design.load.labels) <= MOST_SINGLE else 0)
-    descent = DESCENT + bool(design.constraints) * bound
-    fresh = FRESH // (design.scatter.draws if design.scatters else 1) if file.scattered else 0
-    trade_offs = design.pareto.points * (BOUND + bound)
-    fine = FINE_SCATTERED if design.scatters else FINE
-    return design.search.samples + descents * descent + trade_offs + fine + FINER * fresh
+def _descent(file: DesignFile, bounds: bool) -> float:
+    """Judgements of a descent: its steps, quotients of figures without derivatives, and what can be made around it."""
+    variables = file.design.variables
+    quotients = 2 * len(variables) * (file.set is None and not _is_exact(file))
+    steps = (STEPS + BOUND * bounds) * (1 + quotients)
+    bounded = CONSTRAINED * len(variables) * (bounds or bool(file.design.constraints))
+    return steps + bounded + 2 ** sum(variable.step is not None for variable in variables)
 
 
-def _first(file: DesignFile) -> int:
+def _is_exact(file: DesignFile) -> bool:
+    """Whether a mesh by itself has the derivatives of the objective."""
+    key = file.design.objective.minimise
+    return key == "peak_to_peak_um" or order_of(key) is not None
+
+
+def _judgements(file: DesignFile) -> dict[str, float]:
+    """Judgements of a variant as drawn under all loads in each stage of a search, about."""
+    design, draws, loads = file.design, _draws(file), len(file.design.load.labels)
+    angles, count = design.search.angles, len(design.variables)
+    descents = design.search.descents * draws + (1 < loads <= MOST_SINGLE) + design.scatters
+    pairs = math.comb(min(count, MOST_PAIRED), 2)
+    chosen = 1 + design.scatters + 2 * (loads > 1)
+    fine = FINE * first_angles(angles) / angles + FINE_SCATTERED * draws * design.scatters
+    over_torque = TORQUES * max(FEWEST, angles) / (loads * angles) * (1 + chosen)
+    return {
+        "samples": design.search.samples * draws,
+        "descents": descents * _descent(file, bounds=False),
+        "trade-offs": design.pareto.points * draws * _descent(file, bounds=True),
+        "fine angles": fine,
+        "contours": pairs * min(CONTOUR, math.isqrt(MOST_CONTOURED // max(pairs, 1))) ** 2,
+        "torques": over_torque if file.box is None else 0.0,
+        "drawn anew": FRESH * FINER * (1 + design.scatters) if file.scattered else 0.0,
+    }
+
+
+def _variants(file: DesignFile) -> float:
+    """Flanks whose motion is found, about."""
+    found = _judgements(file)
+    return found["samples"] + found["descents"] + found["trade-offs"] + found["contours"] + FINE
+
+
+def _first(file: DesignFile) -> float:
     """Judgements until the first result, about."""
-    design = file.design
-    bound = bool(design.constraints) * CONSTRAINED * len(design.variables)
-    fine = FINE_SCATTERED if design.scatters else FINE
-    return first_samples(design.search) + DESCENT + bound + fine // 10
+    fine = FINE_SCATTERED if file.design.scatters else FINE * first_angles(file.design.search.angles)
+    return first_samples(file.design.search) + _descent(file, bounds=False) + fine / FINE
 
 
 def _seconds_of_variant(file: DesignFile) -> float:
     """Seconds of one variant under all loads, as drawn."""
-    if file.set is not None:
-        return SET_SWEEPS * next(stage.seconds for stage in stages_of_set(file.set) if stage.name == SWEEP)
     positions = len(file.design.load.labels) * file.design.search.angles
+    if file.set is not None:
+        return positions * file.set.pitches * position_seconds_of_set(file.set)
     cases = ((file.cases[name], file.repeats_after(name)) for name in file.meshes)
-    return sum(positions * pitches * _position_seconds(gear_pair(case), case) for case, pitches in cases)
+    return sum(positions * pitches * position_seconds(gear_pair(case), case) for case, pitches in cases)
 
 
-def _position_seconds(pair: GearPair, case: Case) -> float:
+def position_seconds(pair: GearPair, case: Case) -> float:
+    """Return the time of line contact of a pair in a position."""
     return POSITION_S + SECTIONS_S * (pair.total_contact_ratio * sections_across(case)) ** 2
+
+
+def _seconds_in_motion(file: DesignFile) -> float:
+    """Seconds of the motion of one variant under all loads; 0 where none is asked for."""
+    if file.box is None or not file.design.moves:
+        return 0.0
+    harmonics = file.box.model.sections.dynamics.harmonics + FURTHER
+    laws = sum(
+        LAWS * PER_HARMONIC * harmonics * file.repeats_after(name) * position_seconds(gear_pair(case), case)
+        for name, case in file.cases.items()
+    )
+    equations = (COORDINATES * (2 * harmonics + 1)) ** 2 * EQUATION_S
+    return len(file.design.load.labels) * (laws + len(file.meshes) * file.design.motion.speeds * equations)
+
+
+def _seconds_on_aligned_axes(file: DesignFile, counts: Mapping[str, float], one: float) -> float:
+    """Seconds of a search for the best alone."""
+    judged = counts["samples"] + counts["descents"] + counts["fine angles"] / 4
+    return judged * one + (counts["samples"] + counts["descents"]) * _seconds_in_motion(file)
+
+
+def _equilibrium_seconds(file: DesignFile) -> float:
+    """Seconds in which the gearbox is solved anew under the loads of a design."""
+    assert file.box is not None
+    of_gearbox = stages_of_gearbox(file.box)
+    every = len(file.box.model.sections.loads)
+    return seconds_of(of_gearbox, LOADS.format(every)) * len(file.design.load.labels) / every

@@ -1,4 +1,4 @@
-"""Time of what answers the case of a pair: its run, and its motion."""
+"""Time of a pair in motion."""
 
 from __future__ import annotations
 
@@ -6,25 +6,24 @@ from pmor.case import Case, for_motion
 from pmor.case.capability import why_not
 from pmor.case.width import sections_across
 from pmor.pair.model import gear_pair
-from pmor.work.cost import FINITE_ELEMENTS, START_S, stages, whole
+from pmor.work.cost import FINITE_ELEMENTS, START_S, seconds_of, stages
 
 # *Measured*, seconds: of the law of a torque, over the square of the sections in contact; of a response over the speed
 # and of a mesh cycle over time, for a degree of freedom; of the page, and of the pictures of a torque.
 LAW_S, SECTIONS_S, RESPONSE_S, CYCLE_S, PAGE_S, PICTURES_S = 0.5, 0.06, 2.0, 1.5e-4, 2.5, 0.6
 
 
-def seconds(case: Case) -> dict[str, float]:
-    """Return the time that commands take with a case, s, by name; motion where it has line loads.
+def motion_seconds(case: Case) -> float | None:
+    """Return the time of motion of a case, s; None where it has no line loads.
 
     Raises
     ------
     GeometryError, MeshError
     """
-    found = {"run": whole(stages(case)).seconds}
-    if not why_not(case, "dynamics"):
-        bodies = sum(stage.seconds for stage in stages(for_motion(case)) if stage.name == FINITE_ELEMENTS)
-        found["dynamics"] = START_S + bodies + PAGE_S + len(case.dynamics.torques_Nm) * _torque_seconds(case)
-    return found
+    if why_not(case, "dynamics"):
+        return None
+    bodies = seconds_of(stages(for_motion(case)), FINITE_ELEMENTS)
+    return START_S + bodies + PAGE_S + len(case.dynamics.torques_Nm) * _torque_seconds(case)
 
 
 def _torque_seconds(case: Case) -> float:

@@ -22,12 +22,19 @@ from pmor.sets.loader import SetFile
 from pmor.sets.preview import (
     LINE_S,
     MODES_S,
-    SET_S,
+    PER_HARMONIC,
+    SETTLED,
+    STRESS,
     SWEEP,
     MotionCost,
+    law_seconds,
     motion_page_seconds,
+    place_seconds,
+    position_seconds,
     refuse_large_set,
     stages_of_set,
+    stress_seconds,
+    sweep_seconds,
     teeth_of_set,
     times,
 )
@@ -37,11 +44,13 @@ from pmor.work.cost import (
     KERNEL_BYTES,
     PAGE_BYTES,
     START,
+    Plan,
     Stage,
     left_out_lines,
     loaded_bytes,
-    plan_text,
+    plan_texts,
     refuse_beyond_memory,
+    seconds_of,
     stage_lines,
     stages,
 )
@@ -50,34 +59,33 @@ TRAINING, LOADS = "training", "{} loads"
 # *Measured*, seconds: of a position, of two sections in contact in it; rounds in which mean forces settle; positions
 # that take as long as the flank that fits, of a mesh under a load; page and pictures.
 POSITION_S, SECTIONS_S, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 700, 4.0
-# *Measured*: solutions of the contact to a position of a turn of the carrier, with what its bearings take.
-TURN_STEPS = 5
-# Of motion: positions of a mesh cycle to each harmonic; cycles of a mesh about a load, and of what a micrometre of its
-# flanks does; angles of the mean deflection.
-PER_HARMONIC, CYCLES, CHANGED, MEAN_DEFLECTION = 16, 4, 32, 32
+# *Measured*: solutions of the contact to a position of a set on its shafts, and of a turn of its carrier, with what its
+# bearings take.
+ON_SHAFTS, TURN_STEPS = 3, 5
+# Of motion: cycles of a mesh about a load, and of what a micrometre of its flanks does; angles of the mean deflection.
+CYCLES, CHANGED, MEAN_DEFLECTION = 4, 32, 32
 
 
-def plan(file: GearboxFile) -> str:
+def plan(file: GearboxFile) -> Plan:
     """Return the plan of a gearbox.
 
-    Raises
-    ------
-    InsufficientMemoryError
-        When the finite elements of a mesh take more memory than there is.
-    GeometryError
-        When a shaft can move away.
+    Its parts raise InsufficientMemoryError where the finite elements of a mesh take more memory than there is, and
+    GeometryError where a shaft can move away.
     """
-    for case in file.cases.values():
-        refuse_beyond_memory(_alone(case))
-    for one in file.model.sets.values():
-        refuse_large_set(one)
-    motion = _motion(file)
-    parts = (
-        _machine(file), _meshes(file), _sets(file), _loads(file),
-        stage_lines(stages_of_gearbox(file), "; bases that are there take none"), motion.lines if motion else (),
-        left_out_lines(left_out(file)),
-    )  # fmt: skip
-    return plan_text([*parts, [f"! {note}" for note in file.notes]])
+    found, motion = stages_of_gearbox(file), motion_of_gearbox(file)
+
+    def parts() -> Iterator[str]:
+        for case in file.cases.values():
+            refuse_beyond_memory(_alone(case))
+        for one in file.model.sets.values():
+            refuse_large_set(one)
+        yield from plan_texts(
+            _machine(file), _meshes(file), _sets(file), _loads(file),
+            stage_lines(found, "; bases that are there take none"), motion.lines if motion else (),
+            left_out_lines(left_out(file)), [f"! {note}" for note in file.notes],
+        )  # fmt: skip
+
+    return Plan(parts, times(found, motion), seconds_of(found, COMPILING))
 
 
 def _alone(case: Case) -> Case:
@@ -147,11 +155,6 @@ def _loads(file: GearboxFile) -> Iterator[str]:
             yield f"  ! {error}"
 
 
-def seconds(file: GearboxFile) -> dict[str, float]:
-    """Return the time that commands take with a gearbox, s, by name; motion where the file says at which speeds."""
-    return times(stages_of_gearbox(file), _motion(file))
-
-
 def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
     """Return the stages of a gearbox: finite elements and training of each mesh, its loads, the page."""
     loads, held = len(file.model.sections.loads), 0  # bases that are there are held to the end
@@ -176,47 +179,51 @@ def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
                 found.append(replace(stage, name=f"{stage.name}, {name}", memory=stage.memory + held))
             elif stage.name == SWEEP:
                 of_sets += stage.memory - KERNEL_BYTES
-                seconds = _turn_seconds(file, one, stage.seconds) or _rounds(one) * stage.seconds
-                more.append((f"{LOADS.format(loads)}, {name}", loads * seconds))
+        pitches, seconds = _set_pitches_and_seconds(file, one)
+        more.append((f"{LOADS.format(loads)}, {name}", loads * seconds))
+        if stress := stress_seconds(one):
+            more.append((f"{STRESS}, {name}", loads * pitches * one.angles_per_pitch * stress))
     held += of_sets + KERNEL_BYTES
     found += [Stage(name, held, seconds) for name, seconds in more]
     found.append(Stage("page", held + PAGE_BYTES, PAGE_S))
     return found
 
 
-def _motion(file: GearboxFile) -> MotionCost | None:
-    """What `pmor dynamics` does, where the file says at which speeds."""
+def motion_of_gearbox(file: GearboxFile) -> MotionCost | None:
+    """Return what `pmor dynamics` does with a gearbox, where the file says at which speeds."""
     said = file.model.sections
     motion = said.dynamics
     if motion.over(load.speed_rpm for load in said.loads) is None:
         return None
     loads, meshes = len(motion.loads or said.loads), len(file.cases) + len(file.model.sets)
     seconds = loads * (MODES_S + meshes * motion.speeds * motion.harmonics * LINE_S)
+    changed = 0.0
     for name, case in file.cases.items():
-        positions = case.repeats_after * PER_HARMONIC * motion.harmonics * (loads * CYCLES + CHANGED)
-        positions += loads * (MEAN_DEFLECTION + ROUNDS * MEAN_ANGLES)
-        seconds += positions * (POSITION_S + _position_seconds(file.model.pairs[name], case))
+        cycle = case.repeats_after * PER_HARMONIC * motion.harmonics
+        position = POSITION_S + _position_seconds(file.model.pairs[name], case)
+        seconds += loads * (CYCLES * cycle + MEAN_DEFLECTION + ROUNDS * MEAN_ANGLES) * position
+        changed += CHANGED * cycle * position
     for one in file.model.sets.values():
-        seconds += loads * SET_S
-        seconds += sum(loads * _rounds(one) * stage.seconds for stage in stages_of_set(one) if stage.name == SWEEP)
+        seconds += loads * (_set_pitches_and_seconds(file, one)[1] + SETTLED * law_seconds(one, motion.harmonics))
     teeth = sum(float(abs(gear.teeth)) for pair in file.model.pairs.values() for gear in (pair.pinion, pair.wheel))
     teeth += sum(map(teeth_of_set, file.model.sets.values()))
     words = f"{loads} loads, {motion.speeds} speeds, {motion.harmonics} harmonics of {meshes} meshes and sets"
-    return MotionCost(words, seconds, motion_page_seconds(len(said.bearings), teeth))
+    return MotionCost(words, seconds, changed + motion_page_seconds(len(said.bearings), teeth))
 
 
-def _turn_seconds(file: GearboxFile, one: SetFile, sweep: float) -> float:
-    """Time of a set over turns of its carrier on bearings with a law: its mean in each round, and the turn itself."""
+def _set_pitches_and_seconds(file: GearboxFile, one: SetFile) -> tuple[int, float]:
+    """Mesh cycles over which a set on its shafts is solved under a load, and the time of its rounds and of these.
+
+    On bearings with a law its mean in each round and the turn itself are found over turns of the carrier.
+    """
+    position, angles, cycle = position_seconds(one), one.angles_per_pitch, one.plan.cycle
     if one.held == "carrier" or all(bearing.law is None for bearing in file.model.sections.bearings):
-        return 0.0
-    positions = ROUNDS * MEAN_OF_TURN + one.housed_pitches
-    return sweep * (1.0 + TURN_STEPS * positions / (one.pitches * one.angles_per_pitch))
-
-
-def _rounds(one: SetFile) -> float:
-    """Sweeps of a set on its shafts under a load, over one by itself."""
-    rounds = ROUNDS * MEAN_PLACES * MEAN_ANGLES / one.angles_per_pitch
-    return (one.housed_pitches + rounds) / one.pitches
+        pitches, rounds = one.housed_pitches, ROUNDS * MEAN_PLACES * MEAN_ANGLES * cycle
+    else:
+        pitches, rounds = one.pitches, TURN_STEPS * (ROUNDS * MEAN_OF_TURN + one.housed_pitches)
+    placed = (angles + ROUNDS * MEAN_ANGLES) * cycle * place_seconds(one)
+    solved = ON_SHAFTS * (rounds + pitches * angles) * position
+    return pitches, placed + solved + sweep_seconds(one, 1, angles)
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:

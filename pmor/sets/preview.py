@@ -13,6 +13,7 @@ from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import SetFile
 from pmor.sets.pins import PlanetsOnPins
+from pmor.sets.remedies import FEW_ANGLES, MOST_POSITIONS
 from pmor.sets.settings import SetSections
 from pmor.work.cost import (
     COMPILING,
@@ -20,46 +21,51 @@ from pmor.work.cost import (
     KERNEL_BYTES,
     PAGE_BYTES,
     START,
+    Plan,
     Stage,
+    body_seconds,
     left_out_lines,
-    plan_text,
+    plan_texts,
     refuse_beyond_memory,
+    seconds_of,
     stage_lines,
     stages,
-    whole,
 )
 from pmor.work.finite_element_cost import held_bytes
 from pmor.work.sizes import pair_size
 
-# *Measured*, seconds: of a mesh in a position, of the sections in contact in it to the third power; root stress of both
-# gears of a mesh in a position; page and pictures.
-POSITION_S, SECTIONS_S, STRESS_S, PAGE_S = 2e-5, 8e-10, 4e-4, 3.0
-SWEEP, PAGE = "sweep of all meshes", "page"
+# *Measured*, seconds: of a mesh in a position, and of all sections in contact in it to the second power; of a mesh that
+# is placed at an angle; root stress of both gears of a mesh in a position, by its sections; page and pictures.
+POSITION_S, SECTIONS_S, PLACE_S, STRESS_S, PAGE_S = 5e-6, 6e-8, 5e-4, 1.4e-4, 3.0
+SWEEP, STRESS, PAGE = "sweep of all meshes", "root stress", "page"
+# *Measured*: solutions of flanks that are tried for the verdict; share of a sweep on half as many elements.
+TRIED, COARSE = 70, 0.5
+# *Measured* of motion: seconds of modes of a load, a line at a speed, a mesh in a position between hubs that stand, for
+# which there are so many solutions; of page and pictures, a bearing and a tooth in them. Laws until a load is the mean,
+# and of what a micrometre of its flanks does, for a kind of mesh.
+MODES_S, LINE_S, LAW_S, LAW_SOLUTIONS, MOTION_PAGE_S, BEARING_S, TOOTH_S = 0.3, 2e-5, 8e-5, 2, 3.0, 0.1, 0.008
+SETTLED, CHANGED = 5, 24
+# Angles of a mesh cycle to each harmonic.
+PER_HARMONIC = 16
 # Members of a planetary set that stand on something.
 MEMBERS = 3
-# *Measured* of motion, seconds: modes of a load, a line at a speed, a set about a load; page, panel of a bearing, tooth
-# in pictures of modes.
-MODES_S, LINE_S, SET_S, MOTION_PAGE_S, PANEL_S, TOOTH_S = 0.3, 2e-5, 2.0, 6.0, 0.6, 0.035
 
-def plan(file: SetFile) -> str:
+
+def plan(file: SetFile) -> Plan:
     """Return the plan of a set.
 
-    Raises
-    ------
-    InsufficientMemoryError
-        When the finite elements of a mesh take more memory than there is.
+    Its parts raise InsufficientMemoryError where the finite elements of a mesh take more memory than there is.
     """
-    refuse_large_set(file)
-    motion = _motion(file)
-    costs = stage_lines(stages_of_set(file)), motion.lines if motion else (), left_out_lines(left_out(file))
-    notes = [f"! {note}" for note in (*file.changed, *file.notes)]
-    return plan_text([_gears(file), _meshes(file), _loads(file), *costs, notes])
-
-
-def seconds(file: SetFile) -> dict[str, float]:
-    """Return the time that commands take with a set, s, by name; motion where the file says at which speeds."""
     found = stages_of_set(file)
-    return times(found, _motion(file))
+    motion = _motion(file, found)
+
+    def parts() -> Iterator[str]:
+        refuse_large_set(file)
+        costs = stage_lines(found), motion.lines if motion else (), left_out_lines(left_out(file))
+        notes = [f"! {note}" for note in (*file.changed, *file.notes)]
+        yield from plan_texts(_gears(file), _meshes(file), _loads(file), *costs, notes)
+
+    return Plan(parts, times(found, motion), seconds_of(found, COMPILING))
 
 
 @dataclass(frozen=True)
@@ -71,7 +77,7 @@ class MotionCost:
     words : str
         The numbers that it goes with.
     seconds, page_s : float
-        Of equilibrium, modes and lines; of page and pictures.
+        Of equilibrium, modes and lines; of what a micrometre of flanks does, page and pictures.
     """
 
     words: str
@@ -84,31 +90,39 @@ class MotionCost:
         return [
             "In motion, by pmor dynamics: beside finite elements",
             f"  {'equilibrium, modes, lines':<34} {self.words}, about {format_time(self.seconds)}",
-            f"  {'page and pictures':<34} about {format_time(self.page_s)}",
+            f"  {'a micrometre of each flank, page':<34} about {format_time(self.page_s)}",
         ]
 
 
 def times(found: Sequence[Stage], motion: MotionCost | None) -> dict[str, float]:
     """Return the time of a run with these stages, and of motion on its finite elements."""
-    bodies = sum(stage.seconds for stage in found if stage.name.startswith((START, FINITE_ELEMENTS)))
+    bodies = seconds_of(found, START, FINITE_ELEMENTS)
     moved = {} if motion is None else {"dynamics": bodies + motion.seconds + motion.page_s}
-    return {"run": whole(found).seconds, **moved}
+    return {"run": seconds_of(found), **moved}
 
 
-def _motion(file: SetFile) -> MotionCost | None:
+def _motion(file: SetFile, found: Sequence[Stage]) -> MotionCost | None:
     """What `pmor dynamics` does, where the file says at which speeds."""
     motion, load, torques = file.sections.dynamics, file.sections.load, len(file.torques_Nm)
     if load is None or motion.over([load.speed_rpm]) is None:
         return None
-    solved = torques * (MODES_S + SET_S + motion.speeds * motion.harmonics * LINE_S)
-    solved += sum(stage.seconds for stage in stages_of_set(file) if stage.name == SWEEP)
+    law = law_seconds(file, motion.harmonics)
+    solved = torques * (MODES_S + SETTLED * law + motion.speeds * motion.harmonics * LINE_S)
+    solved += seconds_of(found, SWEEP)
     words = f"{torques} torques, {motion.speeds} speeds, {motion.harmonics} harmonics"
-    return MotionCost(words, solved, motion_page_seconds(MEMBERS, teeth_of_set(file)))
+    changed = len(file.cases) * CHANGED * law * (file.plan.cycle == 1)
+    return MotionCost(words, solved, changed + motion_page_seconds(MEMBERS, teeth_of_set(file)))
+
+
+def law_seconds(file: SetFile, harmonics: int) -> float:
+    """Return the time of a law of all meshes of a set in motion, over the cycle after which they stand as before."""
+    positions = file.plan.cycle * PER_HARMONIC * (harmonics + 1)
+    return positions * (LAW_S * len(file.plan.meshes) + LAW_SOLUTIONS * position_seconds(file))
 
 
 def motion_page_seconds(bearings: int, teeth: float) -> float:
     """Return the time of a page of motion with its pictures."""
-    return MOTION_PAGE_S + bearings * PANEL_S + teeth * TOOTH_S
+    return MOTION_PAGE_S + bearings * BEARING_S + teeth * TOOTH_S
 
 
 def teeth_of_set(file: SetFile) -> float:
@@ -207,20 +221,51 @@ def stages_of_set(file: SetFile) -> list[Stage]:
             if stage.name in (COMPILING, START) and stage.name not in [one.name for one in found]:
                 found.append(stage)
             elif stage.name == FINITE_ELEMENTS:
-                found.append(replace(stage, name=f"{stage.name}, {name}", memory=stage.memory + held))
+                named = f"{stage.name}, {name}"
+                found.append(replace(stage, name=named, memory=stage.memory + held, seconds=body_seconds(case)))
         held += held_bytes(pair_size(case, gear_pair(case)))
     held += KERNEL_BYTES
+    torques, own = len(file.torques_Nm), position_seconds(file)
+    in_a_pitch = torques * file.angles_per_pitch
+    swept = (1.0 + COARSE) * sweep_seconds(file, torques, file.angles_per_pitch)
+    found.append(Stage(SWEEP, held, swept))
+    if stress := stress_seconds(file):
+        found.append(Stage(STRESS, held, file.pitches * in_a_pitch * stress))
+    if (said := file.sections.tolerances) is not None:
+        found.append(Stage("tolerances", held, said.samples * file.sample_pitches * in_a_pitch * own))
+    if file.pitches * file.angles_per_pitch <= MOST_POSITIONS:
+        tried = sweep_seconds(file, 1, FEW_ANGLES) + TRIED * file.pitches * FEW_ANGLES * own
+        found.append(Stage("flanks that are tried", held, tried))
+    return [*found, Stage(PAGE, held + PAGE_BYTES, PAGE_S)]
+
+
+def sweep_seconds(file: SetFile, torques: int, angles: float) -> float:
+    """Return the time of a set at so many angles to a pitch, under so many torques."""
+    placed = file.plan.placed_pitches(file.pitches) * place_seconds(file)
+    solved = file.pitches * torques * position_seconds(file)
+    return angles * (placed + solved)
+
+
+def position_seconds(file: SetFile) -> float:
+    """Return the time of all meshes of a set in a position."""
+    return POSITION_S * len(file.plan.meshes) + SECTIONS_S * _sections(file) ** 2
+
+
+def place_seconds(file: SetFile) -> float:
+    """Return the time in which all meshes of a set are placed at an angle."""
+    return PLACE_S * len(file.plan.meshes)
+
+
+def stress_seconds(file: SetFile) -> float:
+    """Return the time of the root stress of a set in a position; 0 where none is asked for."""
+    return STRESS_S * _sections(file) * all(case.results.root_stress for case in file.cases.values())
+
+
+def _sections(file: SetFile) -> float:
+    """Sections in contact of all meshes."""
     pairs, sections = pairs_of(file), 0.0
     for mesh in file.plan.meshes:
         case = file.cases[mesh.case]
         elements = case.mesh.width_elements / (2 if meshed_width(case) == "half" else 1)
         sections += pairs[mesh.case].total_contact_ratio * (case.mesh.order * elements + 1)
-    meshes, torques = len(file.plan.meshes), len(file.torques_Nm)
-    in_a_pitch = torques * file.angles_per_pitch
-    a_pitch = in_a_pitch * (POSITION_S * meshes + SECTIONS_S * sections**3)
-    found.append(Stage(SWEEP, held, file.pitches * a_pitch))
-    if all(case.results.root_stress for case in file.cases.values()):
-        found.append(Stage("root stress", held, file.pitches * in_a_pitch * STRESS_S * meshes))
-    if file.sections.tolerances is not None:
-        found.append(Stage("tolerances", held, file.sections.tolerances.samples * file.sample_pitches * a_pitch))
-    return [*found, Stage(PAGE, held + PAGE_BYTES, PAGE_S)]
+    return sections

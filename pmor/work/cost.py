@@ -7,7 +7,7 @@ from sizes (`pmor.work.sizes`, `pmor.work.finite_element_cost`).
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -77,15 +77,51 @@ class Stage:
     seconds: float
 
 
+@dataclass(frozen=True)
+class Plan:
+    """What `pmor plan` tells of a file.
+
+    Parameters
+    ----------
+    parts : callable
+        Gives the parts of its text, one by one: the first ones stand where there is too little memory for the others.
+    seconds : mapping of str to float
+        Of one core, by the names of the commands that answer the file; without bodies that are kept.
+    compiling_s : float
+        Beside these, once: of kernels that are not compiled yet.
+    """
+
+    parts: Callable[[], Iterable[str]]
+    seconds: Mapping[str, float]
+    compiling_s: float
+
+    @property
+    def text(self) -> str:
+        """All parts."""
+        return "\n\n".join(self.parts())
+
+
 def whole(found: Sequence[Stage]) -> Stage:
     """Return all stages as one."""
     return Stage("in all", max(one.memory for one in found), sum(one.seconds for one in found))
 
 
-def _compiling_seconds(cases: Iterable[Case]) -> float:
-    by_lines = {case.reduction.shapes == "line_loads" for case in cases}
+def seconds_of(found: Iterable[Stage], *names: str) -> float:
+    """Return the time of stages whose names begin with one of these; by default of all but the one that compiles."""
+    return sum(one.seconds for one in found if (one.name.startswith(names) if names else one.name != COMPILING))
+
+
+def compiling_seconds(cases: Iterable[Case] = ()) -> float:
+    """Return the time in which kernels are compiled that are not kept yet, of line loads by default, s."""
+    by_lines = {case.reduction.shapes == "line_loads" for case in cases} or {True}
     lines = LINES_COMPILING_S if True in by_lines and not is_kept(solve_lines) else 0.0
     return lines + (SHAPES_COMPILING_S if False in by_lines and not is_kept(sweep_reduced) else 0.0)
+
+
+def body_seconds(case: Case) -> float:
+    """Return the time of the finite elements of a case, s, and of half as many for its error bar."""
+    cases = [one for one in (case, coarser(case)) if one is not None]
+    return sum(solving_seconds(pair_size(one, gear_pair(one))) + SOLVER_S for one in cases)
 
 
 def stages(case: Case) -> tuple[Stage, ...]:
@@ -96,7 +132,7 @@ def stages(case: Case) -> tuple[Stage, ...]:
     Those of other models that the case compares have their names.
     """
     pair, others, sharing = gear_pair(case), dict(other_models(case)), sharing_bodies(case)
-    seconds = _compiling_seconds((case, *others.values()))
+    seconds = compiling_seconds((case, *others.values()))
     compiling = (Stage(COMPILING, COMPILING_BYTES, seconds),) if seconds else ()
     *own, pictures, report = _stages_of(case, pair)
     held = held_bytes(pair_size(case, pair)) if others else 0
@@ -225,9 +261,9 @@ def _swept_torques(case: Case) -> int:
     return len(case.online.torques_Nm) + sum(len(torques_of(case, condition)) for condition in case.conditions)
 
 
-def plan_text(parts: Iterable[Iterable[str]]) -> str:
-    """Return the parts of a plan, each of lines, with a blank line between those that have any."""
-    return "\n\n".join(text for lines in parts if (text := "\n".join(lines)))
+def plan_texts(*parts: Iterable[str]) -> Iterator[str]:
+    """Yield the parts of a plan, each of lines, that have any."""
+    return (text for lines in parts if (text := "\n".join(lines)))
 
 
 def stage_lines(every: Sequence[Stage], more: str = "") -> list[str]:

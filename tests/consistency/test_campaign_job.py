@@ -78,7 +78,8 @@ def faulty(folder, monkeypatch):
     (folder / "faults").mkdir()
     monkeypatch.setenv("FAULTS", str(folder / "faults"))
     monkeypatch.setattr(supervise_module, "COMMAND", FAULTY)
-    monkeypatch.setattr("pmor.campaigns.run.expected_seconds", lambda campaign, table: 1.0)  # four to a chunk
+    four_to_a_chunk = chunks_module.Expected(seconds=1.0, finely=0.0, share=1.0)
+    monkeypatch.setattr("pmor.campaigns.run.expected_cost", lambda *_: four_to_a_chunk)
 
     def faults(**kinds):
         for number, (kind, times) in kinds.items():

@@ -377,7 +377,7 @@ def test_where_finite_elements_take_long_the_first_result_is_of_half_as_many(fil
     assert "half as many elements" in said
     page = json.loads((tmp_path / "design.json").read_text())
     assert (page["first"], page["coarse"], page["best"] is None) == (True, True, False)
-    assert "on half as many elements" in plan.plan(fine)
+    assert "on half as many elements" in plan.plan(fine).text
 
 
 @pytest.mark.slow

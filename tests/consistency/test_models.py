@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 
 import pmor.pair.model
 import pmor.work.offline
+from pmor import plan
 from pmor.app.cli import main
-from pmor.app.plan import plan_case as plan
 from pmor.body.elastic_gear import with_layer
 from pmor.case import basis_key, change_case, model_names, other_models, parse_case, without_models
 from pmor.core.errors import CaseError

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from pmor.app.plan import plan_case as plan
+from pmor import plan
 from pmor.app.skipped import computed, scene, skipped, unknowns
 from pmor.case import change_case, load_case
 from pmor.fe.assembly import degrees_of_freedom

@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 import pmor
-from pmor.app.capabilities import planned_seconds
+from pmor.app.capabilities import plan_of
 
 CASES = Path(__file__).parents[2] / "cases"
 FACTOR = 2.0
@@ -63,7 +63,7 @@ def main(parts: Path, out: Path, names: list[str]) -> None:
     taken = json.loads(parts.read_text()) if parts.exists() else {}
     rows = []
     for file in sorted(CASES.glob("*.toml")):
-        for command, planned in planned_seconds(pmor.load(file)).items():
+        for command, planned in plan_of(pmor.load(file)).seconds.items():
             key = f"{command} {file.stem}"
             if file.stem in names or (key not in taken and not names):
                 taken[key] = round(taken_seconds(command, file), 1)

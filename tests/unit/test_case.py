@@ -304,5 +304,5 @@ def test_the_plan_shows_keys_that_are_not_set_also_without_words_of_their_own(mo
     unset = [key.rpartition(".")[2] for key, value, _ in describe(case) if value is None]
     assert "centre_distance_mm" in unset
     monkeypatch.setattr(pmor.app.plan, "NOT_WRITTEN", {})
-    lines = [line.split() for line in pmor.app.plan.plan_case(case).splitlines()]
+    lines = [line.split() for line in pmor.plan(case).splitlines()]
     assert [words[0] for words in lines if words[1:] == ["none", "*"]] == unset

@@ -1,8 +1,10 @@
 """What a case takes of the computer is known beforehand, and what does not fit is refused."""
 
 import re
+import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
@@ -11,6 +13,7 @@ import pmor.app.plan
 import pmor.dynamics.solution
 import pmor.pair.model
 import pmor.work.cost
+from pmor.app.capabilities import plan_of
 from pmor.app.cli import main
 from pmor.campaigns.pairs import basis_of
 from pmor.case import change_case, load_case, without_models
@@ -85,6 +88,30 @@ def test_holes_cost_more_than_a_web_and_a_web_more_than_a_bore():
     for stage, seconds, mib in ((solid, 0.46, 170), (light, 2.4, 262), (perforated, 22.4, 642)):
         assert 0.5 < stage.seconds / seconds < 2.0
         assert 0.5 < stage.memory / MIB / mib < 2.0
+
+
+LAWS = {
+    "small_spur": ("run", "compare", "angles", 10),
+    "osu_dynamics": ("dynamics", "dynamics", "run_cycles", 1000),
+    "planetary_stage": ("run", "sweep", "angles_per_pitch", 64),
+    "two_stage_gearbox": ("dynamics", "dynamics", "speeds", 100),
+    "osu_design": ("design", "search", "samples", 1024),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_time_of_a_command_grows_evenly_with_what_is_asked_for(name, tmp_path):
+    command, section, key, least = LAWS[name]
+    for beside in ("osu_spur", "fva_high_speed", "fva_low_speed"):
+        shutil.copy(CASES / f"{beside}.toml", tmp_path)
+    text, told = (CASES / f"{name}.toml").read_text(), []
+    for times in (1, 2, 3):
+        file = tmp_path / f"{name}.toml"
+        without = re.sub(rf"^{key} = .*$", "", text, flags=re.M)
+        file.write_text(without.replace(f"[{section}]", f"[{section}]\n{key} = {times * least}", 1))
+        told.append(plan_of(pmor.load(file)).seconds[command])
+    first, second = np.diff(told)
+    assert 0.0 < first == pytest.approx(second, rel=1e-6)
 
 
 def test_compilation_is_told_of_while_the_kernels_of_the_case_are_not_kept(monkeypatch):

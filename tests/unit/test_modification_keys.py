@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pmor.app.plan import plan_case as plan
+from pmor import plan
 from pmor.case import basis_key, change_case, describe, load_case, make_case, parse_case, text_of, without_models
 from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.condition import Assembly, Misalignment

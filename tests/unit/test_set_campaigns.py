@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 import pmor.sets.reader as reader_module
-from pmor.campaigns.chunks import INFEASIBLE_S, expected_seconds
+from pmor.campaigns.chunks import INFEASIBLE_S, expected_cost
 from pmor.campaigns.loader import load
 from pmor.campaigns.plan import plan, why_not
 from pmor.campaigns.run import task_of
@@ -175,15 +175,17 @@ def test_the_time_of_a_campaign_counts_the_few_sets_that_can_be_made(tmp_path):
     """One ring of 600 has the ratio: 18 and 54 teeth."""
     text = DESIGNS.split("sun.teeth")[0] + "ring.teeth = { from = 50, to = 649, steps = 600 }\n"
     campaign = load(written(tmp_path, f"{text}[relations]\nratio = 4.0\nratio_tolerance_percent = 0.1\n"))
-    one = campaign.kind.seconds(campaign.kind.text(campaign.base_text, {"ring.teeth": 54}), "design")
-    expected = one + 599 * INFEASIBLE_S
-    assert 600 * expected_seconds(campaign, designs_of(campaign)) == pytest.approx(expected, rel=ROUND_OFF)
+    text = campaign.kind.text(campaign.base_text, {"ring.teeth": 54})
+    one = campaign.kind.cost(text, "design", campaign.results)
+    expected = one.solved + sum(one.elements.values()) + 599 * INFEASIBLE_S
+    found = expected_cost(campaign, designs_of(campaign))
+    assert [600 * found.seconds, found.finely, 600 * found.share] == pytest.approx([expected, one.finely, 1])
 
 
 def test_a_plan_tells_what_follows_and_how_many_sets_cannot_be_made(tmp_path):
     lines = plan(
         load(written(tmp_path, DESIGNS + RELATIONS + "ratio = 3.85\nratio_tolerance_percent = 4.0\n"))
-    ).splitlines()
+    ).text.splitlines()
     assert "  4 designs of the set set.toml, grid" in lines
     assert (
         "  planet.teeth, sun.bore_radius_mm, planet.bore_radius_mm, sun.profile_shift: from [relations] ratio = 3.85, "

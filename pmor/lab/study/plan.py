@@ -7,29 +7,29 @@ from dataclasses import replace
 
 from pmor.case import Case
 from pmor.core.progress import format_time
-from pmor.lab.study.measures import study_cases
+from pmor.lab.study.measures import StudyCases, study_cases
 from pmor.lab.study.settings import Study
-from pmor.work.cost import FINITE_ELEMENTS, START_S, stages
+from pmor.work.cost import FINITE_ELEMENTS, START_S, Plan, compiling_seconds, plan_texts, stages
 
 # *Measured*, seconds: of conventional full FE, over the number of elements of the cell along the profile, and refined
 # points, to the second power; of the pages and pictures.
 CONVENTIONAL_S, PAGE_S = 0.1, 5.0
 
 
-def plan(study: Study) -> str:
+def plan(study: Study) -> Plan:
     """Return the plan of a study."""
-    rows = [f"  {name:<34} about {format_time(seconds)}" for name, seconds in _pieces(study)]
-    return "\n".join([f"Study {study.name}: {study.title}", "", "Pieces, each kept when it is finished", *rows])
+    cases = study_cases(study)
+    pieces = dict(_pieces(study, cases))
+    rows = [f"  {name:<34} about {format_time(seconds)}" for name, seconds in pieces.items()]
+    title, said = [f"Study {study.name}: {study.title}"], ["Pieces, each kept when it is finished", *rows]
+    solved = [*cases.meshes.values(), *cases.cells.values()]
+    seconds = {"study": START_S + PAGE_S + sum(pieces.values())}
+    return Plan(lambda: plan_texts(title, said), seconds, compiling_seconds(solved))
 
 
-def seconds(study: Study) -> dict[str, float]:
-    """Return the time that commands take with a study, s, by name."""
-    return {"study": START_S + PAGE_S + sum(seconds for _, seconds in _pieces(study))}
-
-
-def _pieces(study: Study) -> Iterator[tuple[str, float]]:
+def _pieces(study: Study, cases: StudyCases) -> Iterator[tuple[str, float]]:
     """Names of the pieces of work with their seconds."""
-    cases, angles = study_cases(study), study.grid.angles_per_pitch
+    angles = study.grid.angles_per_pitch
     for mesh, case in cases.meshes.items():
         yield f"reference {mesh.label}", _solved(case, angles, trained=False)
     for cell, case in cases.cells.items():
