@@ -108,7 +108,8 @@ def test_the_time_of_a_command_grows_evenly_with_what_is_asked_for(name, tmp_pat
     for times in (1, 2, 3):
         file = tmp_path / f"{name}.toml"
         without = re.sub(rf"^{key} = .*$", "", text, flags=re.M)
-        file.write_text(without.replace(f"[{section}]", f"[{section}]\n{key} = {times * least}", 1))
+        head, _, rest = without.partition(f"[{section}]")  # one that is not there comes last
+        file.write_text(f"{head}\n[{section}]\n{key} = {times * least}{rest}")
         told.append(plan_of(pmor.load(file)).seconds[command])
     first, second = np.diff(told)
     assert 0.0 < first == pytest.approx(second, rel=1e-6)
