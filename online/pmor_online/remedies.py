@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.roots_and_minima import least_by_simplexes
 from pmor.gear.modification import Modification, other_places
 from pmor.results.quantities import TABLE
 from pmor.results.verdict import Advice, Change, digits
@@ -199,16 +200,10 @@ def least(
     resolution : float
         To which places are sought; 0 is as fine as the evaluations allow.
     """
-    from scipy.optimize import minimize
-
     inside = [np.clip(start, low, high) for start in starts]
     place = min(inside, key=figure) if len(inside) > 1 else inside[0]
     simplex = np.clip(place + np.vstack([np.zeros(len(place)), np.diag(spread)]), low, high)
-    found = minimize(
-        figure, place, method="Nelder-Mead", bounds=list(zip(low, high, strict=True)),
-        options={"initial_simplex": simplex, "xatol": resolution, "fatol": 1e-5, "maxfev": evaluations},
-    )  # fmt: skip
-    return np.asarray(found.x)
+    return least_by_simplexes(figure, simplex, np.asarray(low), np.asarray(high), evaluations, (resolution, 1e-5))
 
 
 def in_words(gears: Sequence[str], trial: Trial) -> str:

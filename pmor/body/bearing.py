@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NoReturn, Self
 
-from scipy.optimize import brentq
-
 from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.body.bearing_faults import InnerGeometry, impossible
 from pmor.body.roller_bearing import RollerBearing, SphericalRollerBearing
 from pmor.body.rolling_bearing import RADIAL, TILT, BallBearing
 from pmor.core.ranges import Stiffness, TiltStiffness
+from pmor.core.roots_and_minima import root
 
 # Keys of kinds; those of them that are solved under each load.
 SOLVED = ("ball", "roller", "spherical_roller")
@@ -60,7 +59,7 @@ class AnyBearing:
         most = 1.0
         while inner.state(RADIAL * most).force @ RADIAL < load_N:
             most *= 2.0
-        moved = brentq(lambda amount: float(inner.state(RADIAL * amount).force @ RADIAL) - load_N, 0.0, most)
+        moved = root(lambda amount: float(inner.state(RADIAL * amount).force @ RADIAL) - load_N, 0.0, most)
         tangent = inner.state(RADIAL * moved).stiffness
         across, tilt = float(RADIAL @ tangent @ RADIAL), float(TILT @ tangent @ TILT)
         held = {"radial_N_per_mm": across, "tilt_Nmm_per_rad": tilt if tilt > 0.0 else "free"}

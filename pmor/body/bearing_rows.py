@@ -12,10 +12,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pmor.core.arrays import FloatArray
 from pmor.core.ranges import Range
+from pmor.core.roots_and_minima import root
 
 if TYPE_CHECKING:
     from pmor.body.roller_bearing import RollerBearing
@@ -115,4 +115,4 @@ def preload(bearing: BallBearing | RollerBearing) -> float:
         least *= 2.0
     while pushed(most) < 0.0:
         most *= 2.0
-    return way * float(brentq(pushed, least, most, xtol=1e-13))
+    return way * root(pushed, least, most, 1e-13)

@@ -23,13 +23,12 @@ from functools import cached_property
 from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
 
 from pmor.body.bearing_rows import DOF as DOF
 from pmor.body.bearing_rows import BearingRows, azimuths, directions, preload
 from pmor.core.arrays import FloatArray
 from pmor.core.ranges import Length, PoissonRatio, Range
+from pmor.core.roots_and_minima import root
 
 # Displacements across, and about an axis across.
 RADIAL, TILT = np.eye(DOF)[1], np.eye(DOF)[3]
@@ -267,13 +266,25 @@ def _point_contact(diameter: float, ratio: float, osculation: float) -> PointCon
     groove = 0.5 / osculation
     total = 2.0 / diameter * (2.0 + ratio - groove)
     difference = (ratio + groove) / (2.0 + ratio - groove)
-    axes = brentq(lambda chi: 1.0 - 2.0 / (chi**2 - 1.0) * (_first(chi) / _second(chi) - 1.0) - difference, 1.001, 1e3)
+    axes = root(lambda chi: 1.0 - 2.0 / (chi**2 - 1.0) * (_first(chi) / _second(chi) - 1.0) - difference, 1.001, 1e3)
     return PointContact(float(axes), float(total))
 
 
 def _first(chi: float) -> float:
-    return float(ellipk(1.0 - chi**-2))
+    return _elliptic_integrals(chi)[0]
 
 
 def _second(chi: float) -> float:
-    return float(ellipe(1.0 - chi**-2))
+    return _elliptic_integrals(chi)[1]
+
+
+def _elliptic_integrals(chi: float) -> tuple[float, float]:
+    """Return K and E of the modulus sqrt(1 - 1 / chi^2), by the arithmetic-geometric mean (DLMF 19.8)."""
+    larger, smaller, off, weight = 1.0, 1.0 / chi, 0.5 * (1.0 - chi**-2), 1.0
+    while larger - smaller > 1e-8 * larger:  # the difference is squared in each step
+        difference = 0.5 * (larger - smaller)
+        larger, smaller = 0.5 * (larger + smaller), math.sqrt(larger * smaller)
+        off += weight * difference**2
+        weight *= 2.0
+    first = math.pi / (larger + smaller)
+    return first, first * (1.0 - off)

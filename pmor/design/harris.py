@@ -19,6 +19,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
+from pmor.core.roots_and_minima import least_between
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
@@ -52,8 +53,6 @@ def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
 
     ConvergenceError where a position did not converge.
     """
-    from scipy.optimize import minimize_scalar
-
     pair, misalignment = reduced.meshed.pair, assembly_of(reduced.basis.case).misalignment
     single = VariantSolver(reduced, _middles(pair), (torque_Nm,)).solve(Assembly(misalignment)).ste_um[0]
     rule = 2.0 * float(single[0] - single[1])
@@ -73,7 +72,7 @@ def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
         raise ConvergenceError(f"Harris's rule at {torque_Nm:g} N m: a position did not converge", [])
     least = int(values.argmin())
     near = amounts[max(least - 1, 0)], amounts[min(least + 1, AMOUNTS - 1)]
-    quietest = float(minimize_scalar(spread, bounds=near, method="bounded", options={"xatol": 1e-3 * rule}).x)
+    quietest = least_between(spread, *near, 1e-3 * rule)
     return HarrisRule(torque_Nm, amounts, values, rule, quietest)
 
 

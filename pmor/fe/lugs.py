@@ -26,7 +26,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
-import scipy.special
 
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
 from pmor.fe.blank_section import Amplitudes, Loads
@@ -95,7 +94,7 @@ class Lugs:
             share = tributary_widths(z, 2) / (high - low)
             unit_loads = np.zeros((3 * len(z), len(self.parts)))
             for place, (part, degree) in enumerate(self._degrees):
-                polynomial = scipy.special.eval_legendre(degree, (z - middle) / (middle - low))
+                polynomial = np.polynomial.Legendre.basis(degree)((z - middle) / (middle - low))
                 unit_loads[part::3, place] = share * polynomial
             return unit_loads * np.exp(1j * twist * n * z.repeat(3)[:, None]) if twist else unit_loads
 
@@ -109,9 +108,11 @@ class Lugs:
 
     def held(self) -> ComplexArray:
         """Return what lugs hold, sums of all amplitudes from harmonic -largest on: equation (2), (h, (2 N + 1) c)."""
+        from scipy.special import spherical_jn  # loads for a sixth of a second, and few gears are held at lugs
+
         n, size = np.arange(-self.largest, self.largest + 1), len(self.parts)
         degrees, middles = self._along[:, None], self.middles[:, None]
-        over = 1j**degrees * scipy.special.spherical_jn(degrees, np.abs(0.5 * n * self.arc)) * np.sign(n) ** degrees
+        over = 1j**degrees * spherical_jn(degrees, np.abs(0.5 * n * self.arc)) * np.sign(n) ** degrees
         sums = np.exp(1j * n * middles)[:, None, :] * np.where(n == 0, degrees == 0, over)
         return np.asarray(np.kron(sums.reshape(-1, len(n)), np.eye(size)))
 

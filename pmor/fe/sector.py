@@ -19,10 +19,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import MeshError
+from pmor.core.roots_and_minima import root
 from pmor.fe.element import QUADRATIC_NODES, node_places
 from pmor.fe.outline import Outline, tooth_outline
 from pmor.gear.tooth import Tooth, angle_from_centre_line, twist_sections
@@ -325,7 +325,7 @@ def _rows_to_bore(
     height, rows = radius - bore_radius, least
     while depths(first, rows)[-1] < height:
         rows += 1
-    first = float(brentq(lambda first: depths(first, rows)[-1] - height, 0.0, first))
+    first = root(lambda first: depths(first, rows)[-1] - height, 0.0, first)
     reached = depths(first, rows)
     return np.asarray(reached / reached[-1])
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError
+from pmor.core.roots_and_minima import root
 from pmor.gear.involute import involute_function
 from pmor.gear.ring_root import RingBase, RingRoot, Shaper, arc_root, shaped_root
 
@@ -355,7 +356,6 @@ class Tooth:
 
         if self._tangency_roll_angle() > -LEAST_UNDERCUT:
             return -self._tangency_roll_angle(), self.pressure_angle
-        from scipy.optimize import brentq  # imports for half a second, and few gears are undercut
 
         def height(tau: float) -> float:
             return float(np.linalg.norm(self._trochoid(np.array(tau)))) - self.base_radius
@@ -363,13 +363,13 @@ class Tooth:
         # Below the base circle there is no involute, and just below the limit of undercut the cut is short.
         start = 0.5 * math.pi
         if height(start) < 0.0:
-            start = brentq(height, self.pressure_angle, start, xtol=1e-14)
+            start = root(height, self.pressure_angle, start, 1e-14)
         taus = np.linspace(start, self.pressure_angle, 721)
         values = excess_angle(taus)
         crossing = np.flatnonzero((values[:-1] <= 0) & (values[1:] > 0))
         if len(crossing) == 0:
             raise GeometryError(f"teeth = {self.teeth}: undercut leaves no involute; raise teeth or profile_shift")
-        tau = brentq(excess_angle, taus[crossing[0] + 1], taus[crossing[0]], xtol=1e-14)
+        tau = root(excess_angle, taus[crossing[0] + 1], taus[crossing[0]], 1e-14)
         return self.roll_angle_at(float(np.linalg.norm(self._trochoid(np.array(tau))))), tau
 
 

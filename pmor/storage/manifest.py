@@ -21,7 +21,7 @@ from typing import Any
 from pmor.core.errors import OutputError
 from pmor.core.version import __version__
 
-MANIFEST = ".pmor-manifest.jsonl"
+MANIFEST, ORIGIN = ".pmor-manifest.jsonl", "origin"
 # Digests of the contents that a file had, each with its origin, the latest of equal ones.
 Contents = dict[str, str]
 
@@ -57,7 +57,7 @@ def record(target: Path, content: Path | None = None) -> None:
 
 def record_origin(folder: Path, origin: str) -> None:
     """Note the origin of the files that are listed from here on."""
-    _append(folder, {"origin": origin})
+    _append(folder, {ORIGIN: origin})
 
 
 @contextmanager
@@ -66,7 +66,7 @@ def of_no_origin(folder: Path) -> Iterator[None]:
     if not has_manifest(folder):
         yield
         return
-    before = next((str(entry["origin"]) for entry in reversed(_entries(folder)) if "origin" in entry), "")
+    before = next((str(entry["origin"]) for entry in reversed(_entries(folder, ORIGIN)) if ORIGIN in entry), "")
     record_origin(folder, "")
     try:
         yield
@@ -74,13 +74,13 @@ def of_no_origin(folder: Path) -> Iterator[None]:
         record_origin(folder, before)
 
 
-def listed(folder: Path) -> dict[str, Contents]:
-    """Return the manifest of a folder by the names of files; empty where there is none."""
+def listed(folder: Path, of: str | None = None) -> dict[str, Contents]:
+    """Return the manifest of a folder by the names of files, or what it has of one of them; empty without manifest."""
     entries: dict[str, Contents] = {}
     origin = ""
-    for entry in _entries(folder):
+    for entry in _entries(folder, *([ORIGIN, of] if of is not None else [])):
         name, digest = entry.get("file"), entry.get("sha256")
-        origin = str(entry.get("origin", origin))
+        origin = str(entry.get(ORIGIN, origin))
         if isinstance(name, str) and isinstance(digest, str) and _is_plain(name):
             entries.setdefault(name, {})[digest] = origin
     return entries
@@ -95,7 +95,7 @@ def origin_in(contents: Contents, path: Path) -> str | None:
 
 def is_ours(path: Path) -> bool:
     """Whether a file is there as this program wrote it."""
-    return origin_in(listed(path.parent).get(path.name, {}), path) is not None
+    return origin_in(listed(path.parent, path.name).get(path.name, {}), path) is not None
 
 
 def refuse_foreign(path: Path) -> None:
@@ -110,7 +110,7 @@ def foreign_words(path: Path) -> str:
         return "is a link"
     if path.is_dir():
         return "is a folder"
-    if path.name in listed(path.parent):
+    if path.name in listed(path.parent, path.name):
         return "has been changed since pmor wrote it"
     return "is there, and not known to be written by pmor"
 
@@ -126,11 +126,14 @@ def _append(folder: Path, entry: dict[str, Any]) -> None:
         os.close(descriptor)
 
 
-def _entries(folder: Path) -> list[dict[str, Any]]:
+def _entries(folder: Path, *words: str) -> list[dict[str, Any]]:
+    """The lines in which one of some words is: those of a folder that is used again and again are thousands."""
     try:
-        return [_entry(line) for line in (folder / MANIFEST).read_text("utf-8", "replace").splitlines()]
+        lines = (folder / MANIFEST).read_text("utf-8", "replace").splitlines()
     except OSError:
         return []
+    written = [json.dumps(word) for word in words]
+    return [_entry(line) for line in lines if not words or any(word in line for word in written)]
 
 
 def _entry(line: str) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from pmor.case import Case, changed_text, load_case, parse_case, text_of, without_models
 from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.roots_and_minima import root
 from pmor.lab.core.measures import Sections, merged, statistic
 from pmor.lab.study.settings import Cell, ReferenceMesh, Study
 from pmor.work.pieces import Result
@@ -103,9 +104,7 @@ def richardson(spacing: Sequence[float], distance_to_finest: Sequence[float]) ->
     low, high = OBSERVABLE_ORDERS
     if not excess(low) < 0.0 < excess(high):
         return unknown
-    from scipy.optimize import brentq
-
-    order = round(float(brentq(excess, low, high, xtol=1e-12)), 9)
+    order = round(root(excess, low, high), 9)
     return Convergence(order, last / (middle ** min(order, LARGEST_TRUSTED_ORDER) - 1.0))
 
 
