@@ -14,6 +14,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from pmor.case import Case
+from pmor.case.document import COAST, GEARS, MODIFICATION
 from pmor.core.arrays import FloatArray
 from pmor.core.roots_and_minima import least_by_simplexes
 from pmor.gear.modification import Modification, other_places
@@ -69,13 +71,25 @@ def remedy(tried: Tried, key: str, gear: str = "pinion") -> Advice | None:
     return None
 
 
-def with_first(tried: AnyTried, first: Advice | None) -> AnyTried:
-    """Return a mesh or a set whose file has the flanks of a first advice."""
+def with_first(tried: AnyTried, first: Advice | None, loads: Sequence[str] | None = None) -> AnyTried:
+    """Return a mesh or a set whose file has the flanks of a first advice, under some loads alone."""
     if first is None:
         return tried
     changes = {change.section: dict(change.values) for change in first.changes}
     places = {gear: tried.sections(gear)[0] for gear in tried.gears}
-    return tried.having({gear: changes[place] for gear, place in places.items() if place in changes})
+    return tried.having({gear: changes[place] for gear, place in places.items() if place in changes}, loads)
+
+
+def others_kept(advice: Advice, case: Case) -> Advice:
+    """Return an advice on drive flanks that keeps the coast flanks as they are: by themselves they are alike."""
+    kept = list[Change]()
+    for change in advice.changes if case.flank == "drive" else ():
+        place, _, section = change.section.rpartition(".")
+        if section == MODIFICATION:
+            flank = case.other_flanks[GEARS.index(place.rpartition(": ")[2])]
+            values = {key: value for key in change.values if (value := getattr(flank, key)) is not None}
+            kept.append(Change(f"{place}.{COAST}", values))
+    return replace(advice, changes=(*advice.changes, *kept))
 
 
 def _for_loads(tried: Tried, key: str, search: Callable[[Aim], Trial]) -> Advice | None:

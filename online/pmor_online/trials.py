@@ -71,8 +71,8 @@ class Tried(Protocol):
     def filed(self, gear: str) -> Modification:
         """Return the flanks of a gear as they are filed."""
 
-    def having(self, trial: Trial) -> Self:
-        """Return it with a trial in its file."""
+    def having(self, trial: Trial, loads: Sequence[str] | None = None) -> Self:
+        """Return it with a trial in its file, under some loads alone."""
 
     def quickly(self, key: str, trial: Trial, every: bool = False) -> FloatArray:
         """Return a figure on few angles under the one load, or under all, (D,); infinite where it is not known."""
@@ -176,9 +176,10 @@ class MeshTrials:
             flanks[gear] = own.changed(alike)
         return replace(assembly, **flanks)
 
-    def having(self, trial: Trial) -> MeshTrials:
-        """Return it with a trial in its file."""
-        under = tuple(one._replace(assembly=self._with(one.assembly, trial)) for one in self.under)
+    def having(self, trial: Trial, loads: Sequence[str] | None = None) -> MeshTrials:
+        """Return it with a trial in its file, under some loads alone: others carry on the other flanks."""
+        under = tuple(one._replace(assembly=self._with(one.assembly, trial))
+                      if loads is None or one.label in loads else one for one in self.under)  # fmt: skip
         return replace(self, under=under)
 
     def _states(self, trial: Trial, angles: int, loads: Sequence[int]) -> dict[int, tuple[VariantState, int]]:

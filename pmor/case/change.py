@@ -35,6 +35,11 @@ def change_case(case: Case, **settings: Any) -> Case:
     return parse_case(document_text(_changed(tomllib.loads(text_of(case)), settings, case.name)), case.name, case.name)
 
 
+def said_gears(case: Case) -> tuple[str, ...]:
+    """Return the gears that the file of a case has sections of: without a `[wheel]` it is the pinion once more."""
+    return GEARS if "teeth" in tomllib.loads(text_of(case)).get("wheel", {}) else GEARS[:1]
+
+
 def without_models(case: Case) -> Case:
     """Return a case of its own model alone, without stress: for the variation of its STE."""
     changes: dict[str, Any] = {} if case.compare.models is None else {"compare": {"models": None}}

@@ -291,6 +291,12 @@ def _gaps(place: FloatArray, radius: FloatArray, half: FloatArray) -> FloatArray
 STEP = 1e-3
 
 
+def least_usual_backlash(pair: GearPair) -> float:
+    """Return the least normal backlash that is recommended, mm (ISO/TR 10064-2:1996, table A.1)."""
+    distance = abs(zero_backlash_centre_distance(pair.pinion, pair.wheel))
+    return 2.0 / 3.0 * (0.06 + 0.0005 * distance + 0.03 * pair.pinion.module)
+
+
 class WorkingPair(GearPair):
     """A pair at its working centre distance, whose teeth may use up the allowances of their thickness."""
 
@@ -300,8 +306,7 @@ class WorkingPair(GearPair):
         if self.pinion.thickness_allowance or self.wheel.thickness_allowance:
             return super().least_centre_distance
         drawn = zero_backlash_centre_distance(self.pinion, self.wheel)
-        recommended = 2.0 / 3.0 * (0.06 + 0.0005 * abs(drawn) + 0.03 * self.pinion.module)
-        transverse = recommended / math.cos(self.base_helix_angle)
+        transverse = least_usual_backlash(self) / math.cos(self.base_helix_angle)
         return drawn - 0.5 * transverse / math.sin(math.acos(self.base_distance / drawn))
 
 

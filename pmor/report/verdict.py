@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from pmor.pair.backlash import Remark
 from pmor.results.quantities import TABLE
 from pmor.results.verdict import Advice, Verdict
 
@@ -69,7 +70,9 @@ def _k_gamma(figures: Mapping[str, Any]) -> tuple[float, str] | None:
         light = [name for name, share in shares.items() if share < HARDLY / len(shares)]
         most = max(shares, key=lambda name: shares[name])
         words = f"{most} carries {100.0 * shares[most]:.3g} % of the torque of {len(shares)} planets"
-        if light:
+        if shares[most] * len(shares) < 1.0 + 0.5 * (value - 1.0):
+            words = "shares of the planets swing around the carrier"
+        elif light:
             words += f", {' and '.join(light)} {' and '.join(f'{100.0 * shares[name]:.2g} %' for name in light)}"
         words += f": K_γ {value:.3g}"
     return (value - 1.0) / (MOST_K_GAMMA - 1.0), words
@@ -148,7 +151,8 @@ def findings(seen: Iterable[Seen]) -> list[Finding]:
 
 
 def verdict_of(
-    found: Sequence[Finding], tried: Callable[[Finding, Advice | None], Advice | str | None], lost: Sequence[str] = ()
+    found: Sequence[Finding], tried: Callable[[Finding, Advice | None], Advice | str | None], lost: Sequence[str] = (),
+    drawn: Sequence[Remark] = (),
 ) -> Verdict:
     """Return the verdict on findings.
 
@@ -159,14 +163,20 @@ def verdict_of(
         nothing is tried.
     lost : sequence of str
         What did not converge: nothing is tried then.
+    drawn : sequence of Remark
+        Of the drawing: what is left open in it is said where all is good.
     """
     bad = [one for one in found if one.excess >= 1.0]
     good = [one for one in found if one.excess < 1.0 and one.key in PRAISED]
+    wrong = [_sentence(one.text) for one in drawn if one.bad]
     said = _told(good) if good else NONE_GOOD if bad else "No figure is known that could be judged."
     if lost:
         return Verdict(said, " ".join([_sentence(lost[0]), *([_told(bad)] if bad else [])]), "What did not converge.")
     if not bad:
-        return Verdict(said, "No figure is beyond its limit.", "Nothing: no figure asks for it.")
+        open_ = [_sentence(one.text) for one in drawn if not one.bad]
+        not_good = " ".join(wrong) or "No figure is beyond its limit."
+        return Verdict(said, not_good, " ".join(["Nothing: no figure asks for it.", *open_]))
+    told = " ".join([_told(bad), *wrong])
     first, unhelped = None, list[str]()
     for one in sorted(bad, key=lambda one: (*BEFORE_OTHERS, one.key).index(one.key)):
         answer = tried(one, first)
@@ -175,8 +185,8 @@ def verdict_of(
         elif first is None:
             first = answer
         elif one.still(answer.before) and not answer.again(first):
-            return Verdict(said, _told(bad), first.text, first, answer.text, answer)
-    return Verdict(said, _told(bad), first.text if first else _sentence("; ".join(dict.fromkeys(unhelped))), first)
+            return Verdict(said, told, first.text, first, answer.text, answer)
+    return Verdict(said, told, first.text if first else _sentence("; ".join(dict.fromkeys(unhelped))), first)
 
 
 def verdict_blocks(data: Mapping[str, Any]) -> list[Verdict]:

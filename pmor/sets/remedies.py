@@ -129,7 +129,7 @@ class SetTrials:
                     return found
         raise KeyError(gear)
 
-    def having(self, trial: Trial) -> SetTrials:
+    def having(self, trial: Trial, loads: Sequence[str] | None = None) -> SetTrials:
         """Return it with a trial in its file."""
         return replace(self, flanks=self._built(trial).flanks)
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pmor.case import Case, change_case
-from pmor.case.coast import flank_of
+from pmor.case.change import said_gears
+from pmor.case.coast import as_drawn, flank_of
 from pmor.case.document import GEARS
 from pmor.core.errors import PmorError
 from pmor.gear.clearance import clearance_warnings
+from pmor.pair.backlash import backlash_remarks
 from pmor.pair.conditions import assembly_of, listed_conditions
 from pmor.pair.model import gear_pair
 from pmor.report.torque_table import condition_rows, torque_row
 from pmor.report.verdict import Finding, Seen, findings, verdict_of
 from pmor.results.verdict import Advice, Change
-from pmor_online.remedies import off_most, remedy, with_first
+from pmor_online.remedies import off_most, others_kept, remedy, with_first
 from pmor_online.run import OnlineResult
 from pmor_online.trials import FIGURES, MeshTrials, Under
 
@@ -30,7 +32,8 @@ def with_verdict(found: OnlineResult) -> OnlineResult:
     several = len(case.online.torques_Nm) > 1 or case.conditions
     seen = [Seen(f"{case.torque_Nm:g} N m" if several else "", "", torque_row(found, found.nominal))]
     seen += [Seen(one.name, "", condition_rows(one)[one.own]) for one in found.conditions]
-    said = verdict_of(findings(seen), lambda one, first: _tried(found, one, first), found.failures)
+    drawn = backlash_remarks(as_drawn(case))
+    said = verdict_of(findings(seen), lambda one, first: _tried(found, one, first), found.failures, drawn)
     return replace(found, verdict=said)
 
 
@@ -53,7 +56,9 @@ def _tried(found: OnlineResult, one: Finding, first: Advice | None) -> Advice | 
     if tried.beyond:
         return "flanks are not tried, since each trial takes as long as this run: lower [online] angles_per_pitch"
     tried = with_first(tried, first)
-    return remedy(tried, one.key, off_most(tried, GEARS))
+    found_one = remedy(tried, one.key, off_most(tried, GEARS))
+    both = any(flank_of(condition) != case.flank for condition in case.conditions)
+    return others_kept(found_one, case) if both and found_one is not None else found_one
 
 
 def _loads(found: OnlineResult) -> tuple[Under, ...]:
@@ -71,8 +76,8 @@ def higher_teeth(case: Case) -> Advice | None:
     gears = dict(zip(GEARS, (case.pair.pinion, case.pair.wheel), strict=True))
     for more in HIGHER:
         keys = {
-            name: {"addendum": round(gear.addendum + more, 3), "dedendum": round(gear.dedendum + more, 3)}
-            for name, gear in gears.items()
+            name: {"addendum": round(gears[name].addendum + more, 3), "dedendum": round(gears[name].dedendum + more, 3)}
+            for name in said_gears(case)
         }
         try:
             changed = change_case(case, **keys)
