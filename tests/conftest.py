@@ -1,5 +1,6 @@
 """Surroundings of every test: no display, one thread, loud floating-point errors, seeds, kernels compiled once."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -25,19 +26,25 @@ np.seterr(divide="raise", over="raise", invalid="raise")
 
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config):
-    """Compile the kernels before the workers of a whole run start: each of them would take a minute or two for it.
+    """Compile the kernels that are not kept before the workers of a whole run start: each would take a minute for it.
 
     A run that fails here is no matter: the tests will say what is wrong.
     """
     whole_run = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.collectonly
     if not whole_run or hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
         return
+    from pmor.core.keeping import is_kept
+    from pmor.line.kernels.loads import solve_lines
+    from pmor.penalty.kernels.sweep import sweep_reduced
     from tests.support.small_case import case_text
 
+    schemes = [scheme for scheme, last in (("direct", sweep_reduced), ("line", solve_lines)) if not is_kept(last)]
+    if not schemes:
+        return
     config.get_terminal_writer().line("compiling the kernels, once for all workers")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     with tempfile.TemporaryDirectory() as folder, ExitStack() as running:
-        for scheme in ("direct", "line"):
+        for scheme in schemes:
             path = os.path.join(folder, f"{scheme}.toml")
             with open(path, "w") as file:
                 file.write(case_text(contact=None, reduction=None, output={"plots": False, "report": False}))
@@ -45,6 +52,22 @@ def pytest_configure(config):
             command = [sys.executable, "-m", "pmor", "run", path, "--out", os.path.join(folder, scheme)]
             quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
             running.enter_context(subprocess.Popen(command, env=environment, **quiet))
+
+
+def pytest_collection_finish():
+    """What is collected stays until the end: the garbage collector need not look through it again and again."""
+    gc.freeze()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def gears_once():
+    """Equal gears are solved once in a process: half of the time of all tests goes into finite elements."""
+    import pmor.body.elastic_gear
+    from tests.support.solved_gears import solved_once
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pmor.body.elastic_gear, "elastic_gear", solved_once(pmor.body.elastic_gear.elastic_gear))
+        yield
 
 
 @pytest.fixture

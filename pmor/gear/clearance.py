@@ -67,6 +67,7 @@ class _Fault(NamedTuple):
     depth: float
 
 
+@lru_cache(maxsize=256)  # readers, plans and meshes ask again
 def _fault(pair: GearPair, gear: int) -> _Fault | None:
     """Return what the tip of a gear meets; None where it is clear."""
     name, mate = NAMES[gear], NAMES[1 - gear]

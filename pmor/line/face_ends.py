@@ -30,7 +30,8 @@ are longer. By that s, and sections that are half a depth wide beside the end, t
 from __future__ import annotations
 
 import math
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -77,44 +78,41 @@ def layer_coupling(
     largest = float(depth.max())
     in_depths = (edges - face[0]) / largest, (face[1] - face[0]) / largest
     width = np.diff(in_depths[0])
-    own = np.diag(LEAST_SLOPE / width)
+    own = np.diag(LEAST_SLOPE / width) + _unsmoothed(*in_depths, poisson_ratio)
     scale = np.sqrt(np.outer(width, width))
     for smoothing in SMOOTHINGS:
-        least = np.linalg.eigvalsh(scale * (own + _in_depths(*in_depths, poisson_ratio, smoothing)))[0]
+        least = np.linalg.eigvalsh(scale * (own + _with_images(*in_depths, partial(_near, smoothing))))[0]
         if least > 0.0:
             break
-    places = ((edges - face[0]) / d for d in depth)
-    ends = ((face[1] - face[0]) / d for d in depth)
+    places = [((edges - face[0]) / d, (face[1] - face[0]) / d) for d in depth]
     return np.stack([
-        compliance / d * _in_depths(place, end, poisson_ratio, smoothing)
-        for d, place, end in zip(depth, places, ends, strict=True)
+        compliance / d * (_unsmoothed(*place, poisson_ratio) + _with_images(*place, partial(_near, smoothing)))
+        for d, place in zip(depth, places, strict=True)
     ])  # fmt: skip
 
 
-def _in_depths(edges: FloatArray, length: float, poisson_ratio: float, smoothing: float) -> FloatArray:
-    """Compliance between sections of a face from 0 to a length, in depths, (S, S), in units of c / d."""
-    found, cell = np.zeros((len(edges) - 1, len(edges) - 1)), 2.0 * length
-    for image in range(-math.ceil(FAR / cell), math.ceil(FAR / cell) + 1):
-        found += _interior(edges, image * cell + edges, poisson_ratio, smoothing)
-        found += _interior(edges, (image * cell - edges)[::-1], poisson_ratio, smoothing)[:, ::-1]
-    released = _release(poisson_ratio)
+def _unsmoothed(edges: FloatArray, length: float, poisson_ratio: float) -> FloatArray:
+    """Compliance between sections of a face from 0 to a length, in depths, (S, S), in units of c / d, less `_near`."""
+    found, released = _with_images(edges, length, _regular_part(poisson_ratio)), _release(poisson_ratio)
     for shares in (_in_boxes(edges), _in_boxes((length - edges)[::-1])[::-1]):
         found += shares @ released @ shares.T
-    return np.asarray(found)
+    return found
 
 
-def _interior(displaced: FloatArray, loaded: FloatArray, poisson_ratio: float, smoothing: float) -> FloatArray:
-    """Means of P over sections between edges that rise."""
-    phi = _second_antiderivative(displaced[:, None] - loaded, poisson_ratio, smoothing)
-    found = phi[1:, :-1] + phi[:-1, 1:] - phi[:-1, :-1] - phi[1:, 1:]
-    return np.asarray(found / np.outer(np.diff(displaced), np.diff(loaded)))
+def _with_images(edges: FloatArray, length: float, phi: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Means of the second derivative of a part of Phi over sections, of loads and of their images."""
+    cells = 2.0 * length * np.arange(-math.ceil(0.5 * FAR / length), math.ceil(0.5 * FAR / length) + 1)[:, None]
+    loaded = np.stack([cells + edges, (cells - edges)[:, ::-1]])
+    there = phi(np.minimum(np.abs(edges[:, None] - loaded[:, :, None]), FAR))
+    means = there[..., 1:, :-1] + there[..., :-1, 1:] - there[..., :-1, :-1] - there[..., 1:, 1:]
+    means /= np.diff(edges)[:, None] * np.diff(loaded)[:, :, None]
+    return np.asarray((means[0] + means[1, :, :, ::-1]).sum(axis=0))
 
 
-def _second_antiderivative(distance: FloatArray, poisson_ratio: float, smoothing: float) -> FloatArray:
-    """Phi of equation (2), smoothed."""
-    z, s = np.minimum(np.abs(distance), FAR), smoothing
-    near = z * np.arcsinh(z / s) - np.hypot(z, s) + s + z * math.log(0.5 * s)
-    return 0.5 * near + _regular_part(poisson_ratio)(z)
+def _near(smoothing: float, z: FloatArray) -> FloatArray:
+    """The logarithm of Phi of equation (2), smoothed."""
+    near = z * np.arcsinh(z / smoothing) - np.hypot(z, smoothing) + smoothing + z * math.log(0.5 * smoothing)
+    return np.asarray(0.5 * near)
 
 
 @cache

@@ -23,7 +23,7 @@ radial_N_per_mm = {stiffness}
 MESH = """[[meshes]]
 name = "{pinion}-{wheel}"
 pair = {{ module_mm = 2.5, face_width_mm = 16.0, helix_angle_deg = {helix} }}
-mesh = {{ profile_elements = 3, width_elements = 2 }}
+mesh = {{ profile_elements = 3, width_elements = 2, element = "hex8i" }}
 online = {{ angles_per_pitch = 6 }}
 wheel = {{ shaft = "{wheel}", at_mm = 35.0, teeth = {teeth[1]}, {body} }}
 [meshes.pinion]
@@ -54,7 +54,7 @@ def box(tmp_path, meshes, torques, helices=(0.0, 0.0), bend=BEND, stiffness="2e5
     text = "".join(SHAFT.format(name=name, place=list(axes[name]), stiffness=stiffness) for name in axes)
     for (pinion, wheel), helix in zip(meshes, helices, strict=False):
         text += MESH.format(pinion=pinion, wheel=wheel, helix=helix, teeth=(TEETH[pinion], TEETH[wheel]), body=body)
-    text = text.replace("width_elements = 2 }", f"width_elements = 2{mesh} }}")
+    text = text.replace('"hex8i" }', f'"hex8i"{mesh} }}')
     listed = ", ".join(TORQUE.format(*torque) for torque in torques)
     path = tmp_path / "box.toml"
     path.write_text(f'{text}[[loads]]\nname = "drive"\ntorques = [{listed}]\n')

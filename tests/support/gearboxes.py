@@ -29,7 +29,7 @@ bore_radius_mm = 45.0
 width = "whole"
 error_bar = false
 profile_elements = 4
-width_elements = 4
+width_elements = 2
 """
 SMALL_CASE = """
 [load]
@@ -47,6 +47,7 @@ bore_radius_mm = 14.0
 [mesh]
 profile_elements = 3
 width_elements = 2
+element = "hex8i"
 [online]
 angles_per_pitch = 12
 """
@@ -101,7 +102,7 @@ pinion = { shaft = "input", at_mm = 35.0 }
 wheel = { shaft = "output", at_mm = 35.0 }
 """,
     """pair = { module_mm = 2.5, face_width_mm = 16.0, helix_angle_deg = 15.0 }
-mesh = { profile_elements = 3, width_elements = 2 }
+mesh = { profile_elements = 3, width_elements = 2, element = "hex8i" }
 online = { angles_per_pitch = 12 }
 [meshes.pinion]
 shaft = "input"

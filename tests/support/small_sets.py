@@ -133,6 +133,7 @@ torques_Nm = [100.0]
 [mesh]
 profile_elements = 3
 width_elements = 2
+element = "hex8i"
 """
 # Of a set: half of what its finite elements cost.
 NO_STRESS = "[results]\nroot_stress = false\n"
@@ -141,6 +142,7 @@ NO_STRESS = "[results]\nroot_stress = false\n"
 SOLVED_SET = """[mesh]
 profile_elements = 3
 width_elements = 2
+element = "hex8i"
 [results]
 root_stress = false
 [sweep]
@@ -224,6 +226,7 @@ angles_per_pitch = 6
 [mesh]
 profile_elements = 3
 width_elements = 2
+element = "hex8i"
 """
 
 

@@ -162,7 +162,7 @@ def test_contact_pattern_and_forces_on_the_flanks_share_the_load_as_the_sweep():
 
 
 def test_the_solver_of_single_variants_knows_the_holes():
-    _, reduced = models("holes")
+    _, reduced = models("helical holes")
     phi, condition = np.array([0.1, 0.4]), nominal_condition(reduced.basis.case)
     sweep = sweep_line_loads(reduced, phi, [condition])
     single = ste_only(reduced.meshed, reduced.elasticity_at, phi, condition)
@@ -170,7 +170,7 @@ def test_the_solver_of_single_variants_knows_the_holes():
 
 
 def test_a_pair_with_holes_goes_to_other_processes():
-    _, reduced = holed("spur")
+    _, reduced = models("helical holes")
     phi, conditions = np.array([0.02]), at_torques([TORQUE])
     again = pickle.loads(pickle.dumps(reduced.lines))
     found, expected = (
@@ -185,7 +185,7 @@ def test_a_pair_with_holes_goes_to_other_processes():
 
 @pytest.fixture
 def stored(tmp_path):
-    basis, path = holed("spur")[1].basis, tmp_path / "basis.h5"
+    basis, path = models("helical holes")[1].basis, tmp_path / "basis.h5"
     write_basis(path, basis, np.empty((0, 0, 2, basis.flank_nodes[0].size)))
     return path
 
@@ -196,26 +196,26 @@ def stored(tmp_path):
         (
             "compliance",
             lambda s: s + np.triu(np.ones_like(s), 1),
-            "holes of the pinion make its compliance unsymmetric",
+            "holes of the wheel make its compliance unsymmetric",
         ),
-        ("compliance", lambda s: -s, "holes of the pinion move against its load"),
-        ("compliance", lambda s: s[:-1], "holes of the pinion do not repeat after 7 teeth"),
+        ("compliance", lambda s: -s, "holes of the wheel move against its load"),
+        ("compliance", lambda s: s[:-1], "holes of the wheel do not repeat after 31 teeth"),
         ("compliance", lambda s: s[..., :-1], "has the shape"),
         ("compliance", lambda s: np.roll(s, 1, axis=0), "does not answer as it did"),
         ("rows", lambda s: s[::-1], "does not answer as it did"),
         ("compliance", lambda s: 1.01 * s, "does not answer as it did"),
-        ("rows", None, "of the holes of the pinion it has compliance alone"),
+        ("rows", None, "of the holes of the wheel it has compliance alone"),
     ],
 )
 def test_holes_that_cannot_be_are_refused(stored, name, value, message):
     with h5py.File(stored, "r+") as file:
-        old = file[f"support/pinion/{name}"]
+        old = file[f"support/wheel/{name}"]
         data, words = old[()], dict(old.attrs)
-        del file[f"support/pinion/{name}"]
+        del file[f"support/wheel/{name}"]
         if value is not None:
-            file[f"support/pinion/{name}"] = value(data)
+            file[f"support/wheel/{name}"] = value(data)
             for key, word in words.items():
-                file[f"support/pinion/{name}"].attrs[key] = word
+                file[f"support/wheel/{name}"].attrs[key] = word
         reseal(file)
     with pytest.raises(FileFormatError, match=message):
         read_basis(stored)
@@ -223,20 +223,20 @@ def test_holes_that_cannot_be_are_refused(stored, name, value, message):
 
 def test_holes_of_another_case_are_refused(stored):
     with h5py.File(stored, "r+") as file:
-        del file["support/pinion"]
+        del file["support/wheel"]
         reseal(file)
-    with pytest.raises(FileFormatError, match="holes of the pinion are not those of the case"):
+    with pytest.raises(FileFormatError, match="holes of the wheel are not those of the case"):
         read_basis(stored)
 
 
 def test_penalty_contact_refuses_holes(small_model):
-    support, model = holed("spur")[0].pinion.support, small_model[1]
+    support, model = models("helical holes")[0].wheel.support, small_model[1]
     with pytest.raises(ValueError, match='penalty contact takes no holes .*"line"'):
-        replace(model, pinion=replace(model.pinion, support=support))
+        replace(model, wheel=replace(model.wheel, support=support))
 
 
 def test_models_made_of_others_keep_the_holes(monkeypatch):
-    full, reduced = holed("spur")
+    full, reduced = models("helical holes")
     case, phi = reduced.basis.case, np.array([0.01, 0.08, 0.2])
     full = model_of_solved(case, mesh_model(case), full)
     expected = ste_only(full.mesh.meshed, full, phi, nominal_condition(case))

@@ -16,7 +16,7 @@ from tests.support.small_case import case_text
 
 LINES = {"contact": {"scheme": "line"}, "reduction": None, "offline": None, "compare": None}
 LINES |= {"results": {"root_stress": False}}
-MESH = {"profile_elements": 5, "width_elements": 2, "element": "hex20"}
+MESH = {"profile_elements": 5, "width_elements": 2}
 PINION = {"tip_relief_um": 12.0, "tip_relief_start_roll_deg": 27.0, "helix_slope_um": 6.0, "twist_um": 5.0}
 WHEEL = {"helix_crowning_um": 4.0, "helix_slope_um": -3.0}
 AXES = {"in_plane_um": 10.0, "out_of_plane_um": -15.0, "centre_distance_um": 5.0}

@@ -35,7 +35,13 @@ SMALL_WINDOWS = {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm":
 ONE_PAIR, TWO_PAIRS = 0.75, 0.2  # positions as shares of a pitch from where a pair enters
 
 
-@pytest.fixture(scope="module", params=list(CASES))
+# Elements of second order are eliminated below as those of the first are.
+ALWAYS = "unequal, facets"
+
+
+@pytest.fixture(
+    scope="module", params=[name if name == ALWAYS else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
+)
 def pair(request):
     return both_ways(CASES[request.param])
 

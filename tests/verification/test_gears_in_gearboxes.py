@@ -26,7 +26,7 @@ def test_an_idler_is_one_body_and_on_rigid_supports_the_train_that_a_set_file_de
     of_set = tmp_path / "set.toml"
     of_set.write_text(
         f"[pair]\nmodule_mm = 2.5\nface_width_mm = 16.0\nhelix_angle_deg = {helix}\n[mesh]\nprofile_elements = 3\n"
-        f'width_elements = 2\nwidth = "whole"\n[sweep]\nangles_per_pitch = 6\n{gears}{members}'
+        f'width_elements = 2\nelement = "hex8i"\nwidth = "whole"\n[sweep]\nangles_per_pitch = 6\n{gears}{members}'
         '[[meshes]]\ngears = ["one", "two"]\n[[meshes]]\ngears = ["two", "three"]\n'
     )
     found = pmor.run(of_set)

@@ -193,26 +193,23 @@ def test_line_loads_and_hubs_together_are_a_fixed_point_by_hand():
 
 
 def test_sections_that_stay_placed_change_nothing():
-    """Other loads, on hubs that give way by more, with other flanks, and from a start: as solved each by itself."""
-    model, pairs, found = solved()
+    """Other loads, on hubs that give way by more and with other flanks, and back: as solved each by itself."""
+    (model, pairs, _), few = solved(), 4
     kept = {name: keeping_sections(reduced) for name, reduced in pairs.items()}
     softer = fva_box(5e4, 5e4).model
     crowned = Assembly(pinion=Modification(helix_crowning_um=8.0))
-    for machine, torque, flank in ((model, 300.0, None), (softer, 500.0, None), (softer, 500.0, crowned)):
+    for machine, torque, flank in ((softer, 300.0, crowned), (model, 500.0, None)):
         others = [
             both if flank is None else {name: with_flanks(reduced, flank) for name, reduced in both.items()}
             for both in (pairs, kept)
         ]
-        one, other = (solve_load(machine, drive("load", torque), both, 12) for both in others)
-        again = solve_load(machine, drive("load", torque), others[1], 12, other.gearbox)
+        one, other = (solve_load(machine, drive("load", torque), both, few) for both in others)
+        again = solve_load(machine, drive("load", torque), others[1], few, other.gearbox)  # from a start
         for a, b, c in zip(one.meshes, other.meshes, again.meshes, strict=True):
             assert_allclose(b.sweep.ste_um, a.sweep.ste_um, rtol=SOLVED)
             assert_allclose(c.sweep.ste_um, a.sweep.ste_um, rtol=SOLVED)
             load, same = (sweep.states.lines.load_N_per_mm for sweep in (a.sweep, b.sweep))
             assert_allclose(same, load, rtol=0.0, atol=1e-8 * load.max())
-    for number, mesh in enumerate(found.meshes):
-        assert_allclose(solve_load(model, drive("load", 500.0), kept, 12).meshes[number].sweep.ste_um,
-                        mesh.sweep.ste_um, rtol=SOLVED)  # fmt: skip
 
 
 def test_stiff_shafts_and_bearings_are_rigid_supports():

@@ -51,7 +51,8 @@ def train(gears, meshes, teeth, more=""):
         text += "\n".join(["[[meshes]]", f'gears = ["{one}", "{other}"]', *keys, ""])
     for (name, *_), count in zip(gears, teeth, strict=True):
         text += f"[{name}]\nteeth = {count}\nbore_radius_mm = {float(count)}\n"
-    return f"{text}[sweep]\nangles_per_pitch = 6\n[mesh]\nprofile_elements = 3\nwidth_elements = 2\n{more}"
+    coarse = '[mesh]\nprofile_elements = 3\nwidth_elements = 2\nelement = "hex8i"\n'
+    return f"{text}[sweep]\nangles_per_pitch = 6\n{coarse}{more}"
 
 
 def two_stages(*keys, teeth=(18, 24, 18, 24), more=""):

@@ -31,7 +31,8 @@ def solved_chain(folder, helix, distance, gears, more="", angles=12):
         text += f"[{name}]\nteeth = {teeth[number]}\nbore_radius_mm = {float(teeth[number])}\n"
     for one, other in zip(names[:-1], names[1:], strict=True):
         text += f'[[meshes]]\ngears = ["{one}", "{other}"]\n'
-    text += f"[sweep]\nangles_per_pitch = {angles}\n[mesh]\nprofile_elements = 3\nwidth_elements = 2\n{more}"
+    text += f"[sweep]\nangles_per_pitch = {angles}\n"
+    text += f'[mesh]\nprofile_elements = 3\nwidth_elements = 2\nelement = "hex8i"\n{more}'
     return pmor.run(written_set(folder, text))
 
 
@@ -100,6 +101,7 @@ angles_per_pitch = 4
 [mesh]
 profile_elements = 3
 width_elements = 2
+element = "hex8i"
 """
     )
     found = pmor.run(written_set(tmp_path, text))
