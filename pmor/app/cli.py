@@ -12,7 +12,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +100,7 @@ def _refuse_unknown(argv: Sequence[str]) -> None:
     raise SystemExit(PmorError.exit_code)
 
 
+@cache
 def build_parser() -> argparse.ArgumentParser:
     """Build the parser; the names of the arguments are those of the functions in `pmor.app.commands`."""
     parser = argparse.ArgumentParser(prog="pmor", description="Static transmission error of gears: full FE once, "

@@ -28,7 +28,7 @@ from pmor_online.root_stress import (
 WEB = {"rim_thickness_mm": 4.0, "web_thickness_mm": 4.0, "hub_radius_mm": 11.0}
 CASE = make_case(
     teeth=17, bore_radius_mm=9.0, module_mm=2.5, face_width_mm=12.0, torque_Nm=50.0, scheme="line", profile_elements=4,
-    width_elements=2, error_bar=False, wheel={"teeth": 20, "bore_radius_mm": 9.0, "blank": WEB},
+    width_elements=2, element="hex8i", error_bar=False, wheel={"teeth": 20, "bore_radius_mm": 9.0, "blank": WEB},
     online={"angles_per_pitch": 12},
 )  # fmt: skip
 
@@ -79,7 +79,7 @@ def holed(first_deg, angles_per_pitch=4):
     wheel = {"teeth": 12, "bore_radius_mm": 7.0, "profile_shift": 0.3, "blank": blank}
     case = make_case(
         teeth=13, bore_radius_mm=8.0, module_mm=2.5, face_width_mm=12.0, torque_Nm=50.0, scheme="line",
-        profile_elements=3, width_elements=2, error_bar=False, wheel=wheel,
+        profile_elements=3, width_elements=2, element="hex8i", error_bar=False, wheel=wheel,
         online={"angles_per_pitch": angles_per_pitch, "pitches": 12},
     )  # fmt: skip
     model = pmor.train(case)

@@ -98,7 +98,9 @@ def test_run_writes_the_promised_summary(finished):
 
 
 def test_modules_of_an_engineer_are_found_beside_the_package(tmp_path):
-    words = "import pmor_offline.train, pmor_online.run, offline, online; print(offline.whose, online.whose, sep=', ')"
+    words = ("from importlib.util import find_spec as found; import offline, online; "
+             "assert found('pmor_offline.train') and found('pmor_online.run'); "
+             "print(offline.whose, online.whose, sep=', ')")  # fmt: skip
     assert python(tmp_path, "-c", words).stdout == "my own, my own\n"
 
 

@@ -64,7 +64,6 @@ def run(tmp_path_factory):
         "mesh": {"profile_elements": 8, "error_bar": True},
         "results": {"root_stress": True},
         "compare": {"models": ["line", "direct"]},
-        "output": {"format": ["png"]},
     }
     path = write_case(folder, **LINES, **more)
     with path.open("a") as file:

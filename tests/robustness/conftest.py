@@ -1,7 +1,7 @@
 """A basis file to damage, and what it holds; what the reader refuses in a file, its schema sees too."""
 
-import inspect
 import shutil
+import sys
 
 import pytest
 
@@ -19,7 +19,7 @@ def basis(small_basis_path, tmp_path):
     return shutil.copy(small_basis_path, tmp_path / "basis.h5")
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def original(small_basis_path):
     return contents(small_basis_path)
 
@@ -32,7 +32,8 @@ def schemas(request, monkeypatch):
     class Noted(reader.CaseError):
         def __init__(self, text):
             super().__init__(text)
-            callers = [frame.function for frame in inspect.stack(0)[1:4] if frame.filename == reader.__file__]
+            frames = [sys._getframe(depth).f_code for depth in (1, 2, 3)]
+            callers = [code.co_name for code in frames if code.co_filename == reader.__file__]
             outer = next((name for name in callers if name != "refuse"), "")
             files = list(folder.glob("*.toml"))
             if outer in BY_DATACLASS and files and not any(words in text for words in UNSEEN):
