@@ -26,7 +26,7 @@ from pmor.sets.kinematics import speed_ratio
 from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.loader import SetFile, parse_set
 from pmor.sets.plan import planets_gap_mm
-from pmor.sets.preview import STRESS, SWEEP, pairs_of, refuse_large_set, stages_of_set, sweep_seconds
+from pmor.sets.preview import STRESS, SWEEP, pairs_of, refuse_large_set, set_seconds, stages_of_set, sweep_seconds
 from pmor.sets.readings import Data, plain, set_data
 from pmor.sets.run import first_torques_Nm, solved, train_of
 from pmor.sets.solution import solve_set
@@ -87,7 +87,7 @@ def _cost(text: str, name: str, keys: tuple[str, ...]) -> Cost:
     torques, fine = len(file.torques_Nm), fine_angles(file.angles_per_pitch * file.pitches) / file.pitches
     elements = {repr((case.pair, case.mesh)): body_seconds(case) for case in file.cases.values()}
     solved = seconds_of(stages_of_set(file), SWEEP, STRESS)
-    return Cost(solved, elements, sweep_seconds(file, torques, fine))
+    return Cost(solved, elements, sweep_seconds(file, set_seconds(file), torques, fine))
 
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:

@@ -20,8 +20,7 @@ from pmor.gear.pair import GearPair
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.plan import LOADS, stages_of_gearbox
 from pmor.pair.model import gear_pair
-from pmor.sets.preview import PER_HARMONIC
-from pmor.sets.preview import position_seconds as position_seconds_of_set
+from pmor.sets.preview import PER_HARMONIC, set_seconds
 from pmor.work.cost import START_S, Plan, body_seconds, compiling_seconds, plan_texts, seconds_of
 
 # *Measured*, seconds: of a position, and of the sections in contact in it to the second power; of an equation of motion
@@ -167,7 +166,7 @@ def _seconds_of_variant(file: DesignFile) -> float:
     """Seconds of one variant under all loads, as drawn."""
     positions = len(file.design.load.labels) * file.design.search.angles
     if file.set is not None:
-        return positions * file.set.pitches * position_seconds_of_set(file.set)
+        return positions * file.set.pitches * set_seconds(file.set).position
     cases = ((file.cases[name], file.repeats_after(name)) for name in file.meshes)
     return sum(positions * pitches * position_seconds(gear_pair(case), case) for case, pitches in cases)
 

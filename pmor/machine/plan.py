@@ -29,11 +29,9 @@ from pmor.sets.preview import (
     MotionCost,
     law_seconds,
     motion_page_seconds,
-    place_seconds,
-    position_seconds,
     refuse_large_set,
+    set_seconds,
     stages_of_set,
-    stress_seconds,
     sweep_seconds,
     teeth_of_set,
     times,
@@ -56,12 +54,12 @@ from pmor.work.cost import (
 )
 
 TRAINING, LOADS = "training", "{} loads"
-# *Measured*, seconds: of a position, of two sections in contact in it; rounds in which mean forces settle; positions
-# that take as long as the flank that fits, of a mesh under a load; page and pictures.
-POSITION_S, SECTIONS_S, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 700, 4.0
-# *Measured*: solutions of the contact to a position of a set on its shafts, and of a turn of its carrier, with what its
-# bearings take.
-ON_SHAFTS, TURN_STEPS = 3, 5
+# *Measured*, seconds: of a position, of two sections in contact in it; times of that for a position placed anew;
+# rounds in which mean forces settle; positions that take as long as the flank that fits, of a mesh under a load; page
+# and pictures.
+POSITION_S, SECTIONS_S, PLACED, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 4, 700, 4.0
+# *Measured*: times of a set in a position by itself to one on its shafts, and to one over a turn of its carrier.
+ON_SHAFTS, OVER_A_TURN = 3, 4
 # Of motion: cycles of a mesh about a load, and of what a micrometre of its flanks does; angles of the mean deflection.
 CYCLES, CHANGED, MEAN_DEFLECTION = 4, 32, 32
 
@@ -168,7 +166,7 @@ def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
         held += loaded_bytes(case)
         seconds = _position_seconds(file.model.pairs[name], case)
         positions = case.repeats_after * (case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES)
-        more.append((f"{LOADS.format(loads)}, {name}", loads * positions * seconds))
+        more.append((f"{LOADS.format(loads)}, {name}", loads * positions * PLACED * seconds))
         more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
     of_sets = 0
     for name, one in file.model.sets.items():
@@ -181,7 +179,7 @@ def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
                 of_sets += stage.memory - KERNEL_BYTES
         pitches, seconds = _set_pitches_and_seconds(file, one)
         more.append((f"{LOADS.format(loads)}, {name}", loads * seconds))
-        if stress := stress_seconds(one):
+        if stress := set_seconds(one).stress:
             more.append((f"{STRESS}, {name}", loads * pitches * one.angles_per_pitch * stress))
     held += of_sets + KERNEL_BYTES
     found += [Stage(name, held, seconds) for name, seconds in more]
@@ -204,7 +202,8 @@ def motion_of_gearbox(file: GearboxFile) -> MotionCost | None:
         seconds += loads * (CYCLES * cycle + MEAN_DEFLECTION + ROUNDS * MEAN_ANGLES) * position
         changed += CHANGED * cycle * position
     for one in file.model.sets.values():
-        seconds += loads * (_set_pitches_and_seconds(file, one)[1] + SETTLED * law_seconds(one, motion.harmonics))
+        law = law_seconds(one, set_seconds(one), motion.harmonics)
+        seconds += loads * (_set_pitches_and_seconds(file, one)[1] + SETTLED * law)
     teeth = sum(float(abs(gear.teeth)) for pair in file.model.pairs.values() for gear in (pair.pinion, pair.wheel))
     teeth += sum(map(teeth_of_set, file.model.sets.values()))
     words = f"{loads} loads, {motion.speeds} speeds, {motion.harmonics} harmonics of {meshes} meshes and sets"
@@ -216,14 +215,14 @@ def _set_pitches_and_seconds(file: GearboxFile, one: SetFile) -> tuple[int, floa
 
     On bearings with a law its mean in each round and the turn itself are found over turns of the carrier.
     """
-    position, angles, cycle = position_seconds(one), one.angles_per_pitch, one.plan.cycle
+    own, angles, cycle = set_seconds(one), one.angles_per_pitch, one.plan.cycle
     if one.held == "carrier" or all(bearing.law is None for bearing in file.model.sections.bearings):
-        pitches, rounds = one.housed_pitches, ROUNDS * MEAN_PLACES * MEAN_ANGLES * cycle
+        pitches, rounds = one.housed_pitches, ON_SHAFTS * ROUNDS * MEAN_PLACES * MEAN_ANGLES * cycle
     else:
-        pitches, rounds = one.pitches, TURN_STEPS * (ROUNDS * MEAN_OF_TURN + one.housed_pitches)
-    placed = (angles + ROUNDS * MEAN_ANGLES) * cycle * place_seconds(one)
-    solved = ON_SHAFTS * (rounds + pitches * angles) * position
-    return pitches, placed + solved + sweep_seconds(one, 1, angles)
+        pitches, rounds = one.pitches, OVER_A_TURN * (ROUNDS * MEAN_OF_TURN + one.housed_pitches)
+    placed = (angles + ROUNDS * MEAN_ANGLES) * cycle * own.place
+    solved = (rounds + ON_SHAFTS * pitches * angles) * own.position
+    return pitches, placed + solved + sweep_seconds(one, own, 1, angles)
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from pmor.case.capability import left_out
 from pmor.case.gears import GearCase
@@ -36,7 +37,7 @@ from pmor.work.sizes import pair_size
 
 # *Measured*, seconds: of a mesh in a position, and of all sections in contact in it to the second power; of a mesh that
 # is placed at an angle; root stress of both gears of a mesh in a position, by its sections; page and pictures.
-POSITION_S, SECTIONS_S, PLACE_S, STRESS_S, PAGE_S = 5e-6, 6e-8, 5e-4, 1.4e-4, 3.0
+POSITION_S, SECTIONS_S, PLACE_S, STRESS_S, PAGE_S = 5e-6, 6e-8, 1.2e-4, 1.4e-4, 3.0
 SWEEP, STRESS, PAGE = "sweep of all meshes", "root stress", "page"
 # *Measured*: solutions of flanks that are tried for the verdict; share of a sweep on half as many elements.
 TRIED, COARSE = 70, 0.5
@@ -106,7 +107,7 @@ def _motion(file: SetFile, found: Sequence[Stage]) -> MotionCost | None:
     motion, load, torques = file.sections.dynamics, file.sections.load, len(file.torques_Nm)
     if load is None or motion.over([load.speed_rpm]) is None:
         return None
-    law = law_seconds(file, motion.harmonics)
+    law = law_seconds(file, set_seconds(file), motion.harmonics)
     solved = torques * (MODES_S + SETTLED * law + motion.speeds * motion.harmonics * LINE_S)
     solved += seconds_of(found, SWEEP)
     words = f"{torques} torques, {motion.speeds} speeds, {motion.harmonics} harmonics"
@@ -114,10 +115,10 @@ def _motion(file: SetFile, found: Sequence[Stage]) -> MotionCost | None:
     return MotionCost(words, solved, changed + motion_page_seconds(MEMBERS, teeth_of_set(file)))
 
 
-def law_seconds(file: SetFile, harmonics: int) -> float:
+def law_seconds(file: SetFile, own: SetSeconds, harmonics: int) -> float:
     """Return the time of a law of all meshes of a set in motion, over the cycle after which they stand as before."""
     positions = file.plan.cycle * PER_HARMONIC * (harmonics + 1)
-    return positions * (LAW_S * len(file.plan.meshes) + LAW_SOLUTIONS * position_seconds(file))
+    return positions * (LAW_S * len(file.plan.meshes) + LAW_SOLUTIONS * own.position)
 
 
 def motion_page_seconds(bearings: int, teeth: float) -> float:
@@ -225,47 +226,39 @@ def stages_of_set(file: SetFile) -> list[Stage]:
                 found.append(replace(stage, name=named, memory=stage.memory + held, seconds=body_seconds(case)))
         held += held_bytes(pair_size(case, gear_pair(case)))
     held += KERNEL_BYTES
-    torques, own = len(file.torques_Nm), position_seconds(file)
+    torques, own = len(file.torques_Nm), set_seconds(file)
     in_a_pitch = torques * file.angles_per_pitch
-    swept = (1.0 + COARSE) * sweep_seconds(file, torques, file.angles_per_pitch)
+    swept = (1.0 + COARSE) * sweep_seconds(file, own, torques, file.angles_per_pitch)
     found.append(Stage(SWEEP, held, swept))
-    if stress := stress_seconds(file):
-        found.append(Stage(STRESS, held, file.pitches * in_a_pitch * stress))
+    if own.stress:
+        found.append(Stage(STRESS, held, file.pitches * in_a_pitch * own.stress))
     if (said := file.sections.tolerances) is not None:
-        found.append(Stage("tolerances", held, said.samples * file.sample_pitches * in_a_pitch * own))
+        found.append(Stage("tolerances", held, said.samples * file.sample_pitches * in_a_pitch * own.position))
     if file.pitches * file.angles_per_pitch <= MOST_POSITIONS:
-        tried = sweep_seconds(file, 1, FEW_ANGLES) + TRIED * file.pitches * FEW_ANGLES * own
+        tried = sweep_seconds(file, own, 1, FEW_ANGLES) + TRIED * file.pitches * FEW_ANGLES * own.position
         found.append(Stage("flanks that are tried", held, tried))
     return [*found, Stage(PAGE, held + PAGE_BYTES, PAGE_S)]
 
 
-def sweep_seconds(file: SetFile, torques: int, angles: float) -> float:
+def sweep_seconds(file: SetFile, own: SetSeconds, torques: int, angles: float) -> float:
     """Return the time of a set at so many angles to a pitch, under so many torques."""
-    placed = file.plan.placed_pitches(file.pitches) * place_seconds(file)
-    solved = file.pitches * torques * position_seconds(file)
-    return angles * (placed + solved)
+    return angles * (file.plan.placed_pitches(file.pitches) * own.place + file.pitches * torques * own.position)
 
 
-def position_seconds(file: SetFile) -> float:
-    """Return the time of all meshes of a set in a position."""
-    return POSITION_S * len(file.plan.meshes) + SECTIONS_S * _sections(file) ** 2
+class SetSeconds(NamedTuple):
+    """Time of all meshes of a set, s: in a position, placed at an angle, root stress in a position where asked for."""
+
+    position: float
+    place: float
+    stress: float
 
 
-def place_seconds(file: SetFile) -> float:
-    """Return the time in which all meshes of a set are placed at an angle."""
-    return PLACE_S * len(file.plan.meshes)
-
-
-def stress_seconds(file: SetFile) -> float:
-    """Return the time of the root stress of a set in a position; 0 where none is asked for."""
-    return STRESS_S * _sections(file) * all(case.results.root_stress for case in file.cases.values())
-
-
-def _sections(file: SetFile) -> float:
-    """Sections in contact of all meshes."""
-    pairs, sections = pairs_of(file), 0.0
+def set_seconds(file: SetFile) -> SetSeconds:
+    """Return the time of all meshes of a set."""
+    pairs, sections, meshes = pairs_of(file), 0.0, len(file.plan.meshes)
     for mesh in file.plan.meshes:
         case = file.cases[mesh.case]
         elements = case.mesh.width_elements / (2 if meshed_width(case) == "half" else 1)
         sections += pairs[mesh.case].total_contact_ratio * (case.mesh.order * elements + 1)
-    return sections
+    stress = STRESS_S * sections * all(case.results.root_stress for case in file.cases.values())
+    return SetSeconds(POSITION_S * meshes + SECTIONS_S * sections**2, PLACE_S * meshes, stress)

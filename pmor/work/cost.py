@@ -53,7 +53,7 @@ FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
 # What is read off line loads beside the sweep.
 LINE_ENTRY_S, LINE_START, READINGS_S = 1.1e-7, 6, 1.4
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
-START_S, BASIS_S, RESULTS_S, PICTURES_S, PAGE_S = 0.8, 0.7, 0.3, 3.2, 0.4
+START_S, BASIS_S, RESULTS_S, PICTURES_S, PAGE_S = 1.3, 0.7, 0.3, 3.2, 0.4
 # Of line loads with the full FE of line contact, and of trained shapes with that of their scheme.
 LINES_COMPILING_S, SHAPES_COMPILING_S = 30.0, 60.0
 # States at which a greedy sampling estimates errors, per solve.
@@ -120,8 +120,8 @@ def compiling_seconds(cases: Iterable[Case] = ()) -> float:
 
 def body_seconds(case: Case) -> float:
     """Return the time of the finite elements of a case, s, and of half as many for its error bar."""
-    cases = [one for one in (case, coarser(case)) if one is not None]
-    return sum(solving_seconds(pair_size(one, gear_pair(one))) + SOLVER_S for one in cases)
+    pair, cases = gear_pair(case), [one for one in (case, coarser(case)) if one is not None]
+    return sum(solving_seconds(pair_size(one, pair)) + SOLVER_S for one in cases)
 
 
 def stages(case: Case) -> tuple[Stage, ...]:

@@ -6,14 +6,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from pmor.case import Case
+from pmor.case.width import whole_width
 from pmor.core.progress import format_time
+from pmor.lab.rivals.calculix import calculix_available
 from pmor.lab.study.measures import StudyCases, study_cases
 from pmor.lab.study.settings import Study
+from pmor.pair.model import gear_pair
 from pmor.work.cost import FINITE_ELEMENTS, START_S, Plan, compiling_seconds, plan_texts, stages
+from pmor.work.sizes import pair_size
 
-# *Measured*, seconds: of conventional full FE, over the number of elements of the cell along the profile, and refined
-# points, to the second power; of the pages and pictures.
-CONVENTIONAL_S, PAGE_S = 0.1, 5.0
+# *Measured*, seconds: of conventional full FE, over the elements of both gears to a power; of CalculiX at all of its
+# positions, over that; of a cell that is timed; of the pages and pictures.
+CONVENTIONAL_S, POWER, PEER, TIMED_S, PAGE_S = 1.4e-5, 1.4, 4.5, 0.5, 5.0
 
 
 def plan(study: Study) -> Plan:
@@ -35,7 +39,18 @@ def _pieces(study: Study, cases: StudyCases) -> Iterator[tuple[str, float]]:
     for cell, case in cases.cells.items():
         yield f"cell {cell.label}", _solved(case, angles, trained=cell in study.reduced_cells)
     for cell in study.conventional.solved:
-        yield f"conventional {cell.label}", CONVENTIONAL_S * (cell.n_profile * cell.lodm) ** 2
+        yield f"conventional {cell.label}", _conventional_seconds(cases.cells[cell])
+    if study.peer is not None and cases.peer is not None and calculix_available():
+        yield f"peer {study.peer.cell.label}", PEER * _conventional_seconds(cases.peer)
+    if study.reduced_cells:
+        yield "run times", TIMED_S * len(study.reduced_cells)
+
+
+def _conventional_seconds(case: Case) -> float:
+    """Seconds of full FE without condensation, over the whole width and all sectors."""
+    whole = whole_width(case)
+    gears = pair_size(whole, gear_pair(whole)).gears
+    return CONVENTIONAL_S * (2 / len(gears) * sum(gear.elements * gear.teeth for gear in gears)) ** POWER
 
 
 def _solved(case: Case, angles: int, trained: bool) -> float:
