@@ -129,7 +129,7 @@ def _best(result: Columns) -> Table:
     inputs = [head_of(name, result.campaign.kind) for name in result.inputs]
     results = [_headed(figure.symbol, figure.shown_unit) for figure in figures]
     base = result.campaign.kind.key
-    few = _headed(f"{figures[0].symbol}, on the angles of the {base}", figures[0].shown_unit)
+    few = _headed(f"{figures[0].symbol}, angles of the {base}", figures[0].shown_unit)
     note = f"Peak-to-peak STE is that on so many angles that it no longer moves; beside it, last, that of the {base}."
     note = note if figures[0].key in PEAKS else ""
     return Table(f"Least {figures[0].symbol}", ("design", *inputs, *results, few), rows, note)

@@ -1,7 +1,14 @@
 // Shared by both plots: canvases of the screen's own resolution, ranges of axes and their ticks.
 
-const INK = "#1c2733", FAINT = "#5b6875", GRID = "#dddddd", AXIS = "#555555", FRONT = "#d55e00", BLUE = "#0072b2";
+const FRONT = "#d55e00", BLUE = "#0072b2";
+// Those of the page, which is light or dark as its reader's system asks for.
+let INK, FAINT, GRID, PAPER;
 const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
+
+function takeColours() {
+  const style = getComputedStyle(document.documentElement);
+  [INK, FAINT, GRID, PAPER] = ["ink", "faint", "line", "paper"].map(name => style.getPropertyValue(`--${name}`).trim());
+}
 
 // Contexts of both layers, in CSS pixels, empty.
 function layersOf(figure, width, height) {
@@ -55,8 +62,10 @@ function shortTitle(text, most) {
 
 // Text on a ground of its own, so that it can be read over lines.
 function groundedText(context, text, x, y) {
-  context.fillStyle = "rgb(255 255 255 / 75%)";
+  context.fillStyle = PAPER;
+  context.globalAlpha = 0.75;
   context.fillRect(x - 1, y - 9, context.measureText(text).width + 2, 11);
+  context.globalAlpha = 1;
   context.fillStyle = INK;
   context.fillText(text, x, y);
 }

@@ -98,7 +98,7 @@ function densityPicture(places, rows, colour) {
 
 function drawAxis(context, axis, { low, top }, filter) {
   const { x, py, column, domain } = axis;
-  context.strokeStyle = AXIS;
+  context.strokeStyle = FAINT;
   context.lineWidth = 1;
   line(context, x, top, x, low);
   if (filter) drawBrush(context, axis, filter);

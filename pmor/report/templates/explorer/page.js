@@ -23,6 +23,7 @@ function startExplorer(root) {
   const lines = part("lines");
   let width = 0, places = null, axes = null, behind = null, layers = null, pending = 0, listed = null, resting = 0;
   root.explorer = state;
+  takeColours();
 
   function update(level) {
     if (level >= ALL) {
@@ -49,7 +50,7 @@ function startExplorer(root) {
   function layout() {
     width = scatter.clientWidth;
     axes = linePlaces(designs, lines.clientWidth);
-    behind = densityPicture(axes, rowsOf(shownDesigns(designs, [], false)), PALE);
+    behind = densityPicture(axes, rowsOf(shownDesigns(designs, [], false)), GRID);
     layers = { scatter: layersOf(scatter, width, SCATTER.height), lines: layersOf(lines, axes.width, axes.height) };
     lines.querySelector(".layers").style.width = `${axes.width}px`;
     update(ALL);
@@ -93,6 +94,7 @@ function startExplorer(root) {
   part("body").hidden = false;
   layout();
   // Also where a scroll bar comes or goes.
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { takeColours(); layout(); });
   new ResizeObserver(() => { if (scatter.clientWidth !== width) layout(); }).observe(scatter);
 }
 

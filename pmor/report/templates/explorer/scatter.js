@@ -1,7 +1,7 @@
 // Scatter of two quantities, coloured by a third.
 
 const SCATTER = { height: 430, left: 64, right: 14, top: 10, bottom: 46 }, DOT = 3, SHADES = 48;
-const PALE = "#d3dae0", NEAR = 10, MOST_STEPS = 1000;
+const NEAR = 10, MOST_STEPS = 1000;
 // Viridis at equal steps (matplotlib): even in lightness, told apart by colour-blind readers too.
 const VIRIDIS = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"]
   .map(channels);
@@ -92,7 +92,7 @@ function dotsOf(designs, state, { x, y, width }) {
   const press = pressOn(image, stamps.half), put = (i, stamp, colour) => {
     if (!Number.isNaN(x[i] + y[i])) press(stamp, colour, ratio * x[i], ratio * y[i]);
   };
-  const pale = channels(PALE), faint = channels(FAINT), front = channels(FRONT);
+  const pale = channels(GRID), faint = channels(FAINT), front = channels(FRONT);
   for (let i = 0; i < designs.count; i++) if (!state.shown[i] && !designs.reason[i]) put(i, stamps.dot, pale);
   for (const i of state.rows) {
     if (designs.reason[i]) put(i, stamps.cross, faint);
@@ -121,7 +121,7 @@ function drawFrame(context, { columns, domains, width, px, py }) {
     line(context, left, py(at), width - right, py(at));
     context.fillText(text, left - 6, py(at) + 4, left - 22);
   }
-  context.strokeStyle = AXIS;
+  context.strokeStyle = FAINT;
   line(context, left, top, left, low);
   line(context, left, low, width - right, low);
   context.font = `12px ${FONT}`;

@@ -1,7 +1,7 @@
 // Motion over the speed from the lines that the run has found, and its modes as lines that move.
 
 const DECADES = 3, TOLD_LINES = 6, PERIOD_MS = 2400;
-const SOURCE_COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#333333"];
+const SOURCE_COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#8a949e"];
 // Of viridis, from small to large.
 const SIZES = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
 
