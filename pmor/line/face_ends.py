@@ -46,8 +46,8 @@ BOXES = (0.0, 0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.7, 0.9, 1.2, 1.6, 2.1, 2.8, 3.
 TABLE = Path(__file__).with_name("face_end.txt")
 # Depths along the line beyond which a force is not felt.
 FAR = 8.0
-# Of (2): points of the integral, where it stops, degree of the polynomials that stand for it.
-POINTS, LAST, DEGREE = 240, 12.0, 60
+# Of (2): points of the integral in each unit of k, where it stops, degree of the polynomials that stand for it.
+POINTS, LAST, DEGREE = 20, 12, 60
 BESSEL_POINTS = 40  # over a quarter of the angles
 # Values of s, in depths: the first that is enough is taken.
 SMOOTHINGS = np.geomspace(0.02, 0.6, 24)
@@ -119,8 +119,8 @@ def _near(smoothing: float, z: FloatArray) -> FloatArray:
 def _regular_part(poisson_ratio: float) -> np.polynomial.Chebyshev:
     """Phi less the logarithm, up to `FAR`."""
     points, weights = np.polynomial.legendre.leggauss(POINTS)
-    k, weight = 0.5 * LAST * (1.0 + points), 0.5 * LAST * weights
-    weight *= (layer_transform(k, poisson_ratio) - 1.0) / k**2
+    k = (np.arange(LAST)[:, None] + 0.5 * (1.0 + points)).ravel()
+    weight = np.tile(0.5 * weights, LAST) * (layer_transform(k, poisson_ratio) - 1.0) / k**2
     rest = math.log(2.0) - bonded_layer_constant(poisson_ratio)
 
     def phi(z: FloatArray) -> FloatArray:
