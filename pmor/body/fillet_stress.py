@@ -245,24 +245,20 @@ def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntAr
         Where there is none.
     """
     middle = corners[:, :4].mean(axis=1)
-    count = len(points)
-    elements, places, outside = np.zeros(count, dtype=np.int64), np.zeros((count, 2)), np.full(count, np.inf)
     nearest = np.argsort(np.linalg.norm(middle - points[:, None], axis=2), axis=1)[:, :CANDIDATES]
-    for candidate in nearest.T:
-        open_ = np.flatnonzero(outside > 0.0)
-        if not len(open_):
-            break
-        local = np.zeros((len(open_), 2))
-        for _ in range(NEWTON_STEPS):
-            values, slopes = _plane_shapes(local, order)
-            nodes = corners[candidate[open_]]
-            miss = np.einsum("pk,pkd->pd", values, nodes) - points[open_]
-            jacobian = np.einsum("pke,pkd->pde", slopes, nodes)
-            local = np.clip(local - np.linalg.solve(jacobian, miss[..., None])[..., 0], -FARTHEST, FARTHEST)
-        beyond = np.abs(local).max(axis=1) - 1.0
-        better = beyond < outside[open_]
-        elements[open_[better]], places[open_[better]] = candidate[open_[better]], local[better]
-        outside[open_[better]] = beyond[better]
+    elements, (places, outside) = nearest[:, 0].copy(), _places_in(corners[nearest[:, 0]], points, order)
+    # The nearest middle is seldom that of another element: only where it is, all others are tried.
+    others = np.flatnonzero(outside > 0.0)
+    if len(others):
+        tried = nearest[others]
+        found, beyond = _places_in(
+            corners[tried].reshape(-1, *corners.shape[1:]), points[others].repeat(tried.shape[1], axis=0), order
+        )
+        beyond = beyond.reshape(tried.shape)
+        best = np.where((beyond <= 0.0).any(axis=1), (beyond <= 0.0).argmax(axis=1), beyond.argmin(axis=1))
+        chosen = np.arange(len(others)), best
+        elements[others], outside[others] = tried[chosen], beyond[chosen]
+        places[others] = found.reshape(*tried.shape, 2)[chosen]
     if outside.max(initial=0.0) > OUTSIDE:
         worst = points[outside.argmax()]
         raise MeshError(
@@ -270,6 +266,17 @@ def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntAr
             "take more elements, or write [results] root_stress = false"
         )
     return elements, places
+
+
+def _places_in(corners: FloatArray, points: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
+    """Return places of points in an element each, (m, 2), and by how much they are outside it, (m,)."""
+    local = np.zeros((len(points), 2))
+    for _ in range(NEWTON_STEPS):
+        values, slopes = _plane_shapes(local, order)
+        miss = np.einsum("pk,pkd->pd", values, corners) - points
+        jacobian = np.einsum("pke,pkd->pde", slopes, corners)
+        local = np.clip(local - np.linalg.solve(jacobian, miss[..., None])[..., 0], -FARTHEST, FARTHEST)
+    return local, np.abs(local).max(axis=1) - 1.0
 
 
 def _plane_shapes(local: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
