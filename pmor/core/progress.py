@@ -36,12 +36,16 @@ def stage(what: str) -> Iterator[None]:
         yield
 
 
+class Late(threading.Timer):
+    """Waits, with no lock that anything else takes, and tells of work that takes long."""
+
+
 @contextmanager
 def told_late(words: str) -> Iterator[None]:
     """Tell of work in the log once it has taken longer than anyone waits without a word."""
     # A warning is shown where nobody listens to the log; where somebody does, it is none.
     level = logging.INFO if _LOG.isEnabledFor(logging.INFO) else logging.WARNING
-    late = threading.Timer(LONG_S, _LOG.log, (level, "%s", words))
+    late = Late(LONG_S, _LOG.log, (level, "%s", words))
     late.daemon = True
     late.start()
     try:

@@ -21,7 +21,7 @@ from pmor.storage.lock import only_writer_of_file
 from pmor.storage.manifest import listed, origin_in
 from pmor.storage.results_folder import remove_working_folder, working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
-from pmor.work.live import with_whole_width
+from pmor.work.live import whole_width_beside
 from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
 from pmor_offline.train import Trained, train
 from pmor_online.errors import estimate_errors
@@ -104,11 +104,12 @@ def run_offline(
 
         positions = most_positions(case)
         label = f"{case.contact.scheme}: full FE"
-        with Progress(positions, label, done=len(known), further=progress) if positions else nullcontext() as bar:
-            step = bar.step if bar else lambda: None
-            trained = train(case, model, estimate_errors, executor, step, known, keep, started, mesh, kept)
-        asked(trained.basis)
-        basis = with_whole_width(trained.basis, kept)
+        with whole_width_beside(case, kept) as with_whole:
+            with Progress(positions, label, done=len(known), further=progress) if positions else nullcontext() as bar:
+                step = bar.step if bar else lambda: None
+                trained = train(case, model, estimate_errors, executor, step, known, keep, started, mesh, kept)
+            asked(trained.basis)
+            basis = with_whole(trained.basis)
         write_basis(path, basis, trained.force, overwrite)
         remove_working_folder(parts)
     return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started, basis)

@@ -274,9 +274,9 @@ class Fails(Picture):
         return super().content(picture_format)
 
 formats = ("png", "svg")
-drawing._copies = lambda: 0
+drawing.copies = lambda: 0
 alone = list(pictures()); drawing.draw(alone, formats)
-drawing._copies = lambda: 2
+drawing.copies = lambda: 2
 content, seen = drawing.Picture.content, []
 shared = list(pictures())
 drawing.Picture.content = lambda self, kind: seen.append(kind not in self.drawn) or content(self, kind)

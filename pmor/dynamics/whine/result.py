@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.core.copies import in_a_copy
 from pmor.core.shown import Columns
 from pmor.dynamics.whine.arrays import line_columns, motion_arrays, response_columns
 from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
@@ -31,7 +32,6 @@ from pmor.dynamics.whine.response import LoadResponse
 from pmor.export.tables import ResultArray, results_entries
 from pmor.report.curves import Drawn
 from pmor.report.data_files import write_columns_csv, write_table_csv
-from pmor.report.drawing import beside
 from pmor.report.replay import figure_of
 from pmor.storage.results_file import OF_MOTION, ResultsFile, write_results_file
 from pmor.work.results import writing_results
@@ -90,8 +90,9 @@ class MotionResult(Drawn):
         inputs, text = self.file.inputs, self.file.text
         with writing_results(folder, FILES, text, inputs=inputs, overwrite=overwrite, working=()) as out:
             data = self.data
-            with beside(lambda: self._write_files(out)) if self.loads else nullcontext():
+            with in_a_copy(lambda: self._write_files(out)) if self.loads else nullcontext(lambda: None) as written:
                 whine_report(self.file, self.loads, data).write(out)
+                written()
 
     def write_numbers(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `response.csv` and `results.h5` alone, as of the first loads while others are solved.
