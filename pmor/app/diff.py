@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.app.diff_sides import FURTHER, SOURCES, Side, documents, quantity, read_sides
+from pmor.app.diff_sides import FURTHER, RIGID, SOURCES, Side, documents, quantity, read_sides
 from pmor.core.arrays import FloatArray
-from pmor.core.shown import Columns, keys_of
+from pmor.core.shown import Columns
 from pmor.core.wording import suggesting
 from pmor.report.chart import Chart, panels
 from pmor.report.curves import plot_beside
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 FILES = ("diff.json", "diff.md", "report.html", "curves.svg")
 # Of the largest value of a quantity: below is round-off of files and sums; below that no engineer does anything.
 SAME, SMALL = 1e-6, 0.01
-MOST_LINES, MOST_PANELS, MOST_LOADS = 10, 8, 3
+MOST_LINES, MOST_PANELS, MOST_LOADS, LONGEST_VALUE = 10, 8, 3, 100
 #: sections of files that are told first
 FIRST = ("load", "loads", "lubricant")
 # Spans of angles that are one.
@@ -192,8 +192,9 @@ class Differences(Tabular):
 
     def _few(self) -> list[tuple[Any, ...]]:
         """The largest change of each quantity, those that matter alone, as rows."""
-        largest = {one.key: one for one in reversed(self.changed)}
-        order = [one for one in self.changed if largest[one.key] is one]
+        told = [one for one in self.changed if not one.key.startswith(RIGID)]
+        largest = {one.key: one for one in reversed(told)}
+        order = [one for one in told if largest[one.key] is one]
         kept = [one for one in order if abs(one.percent if one.percent is not None else 100.0) >= 100.0 * SMALL]
         return [
             (", ".join(filter(None, (self._quantity(one.key).head, one.of, one.load))), *self._cells(one))
@@ -224,7 +225,8 @@ class Differences(Tabular):
         few, lines = self._few(), [f"Differences: {self._names()[0]} and {self._names()[1]}"]
         lines += [f"  {line}" for line in aligned_lines(("quantity", *self._heads()), few)] if few else []
         lines += [] if few else [f"  {self._nothing()}"]
-        lines += [f"  {key.key}: {key.a or '–'} -> {key.b or '–'}" for key in self.keys[:MOST_LINES]]
+        lines += [f"  {', '.join(filter(None, (key.file, key.key)))}: {key.a or '–'} -> {key.b or '–'}"
+                  for key in self.keys[:MOST_LINES]]  # fmt: skip
         more = len(self.keys) - MOST_LINES
         lines += [f"  and {more} further keys"] if more > 0 else []
         lines += [f"  note: {note}" for note in self.notes]
@@ -267,7 +269,8 @@ def diff(a: Path | str, b: Path | str, folder: Path | str | None = None, *, over
         return abs(one.difference) / scale[one.key] if one.difference else 0.0
 
     found = [one for one in found if quantity(one.key, further) and (one.a is not None or one.b is not None)]
-    found.sort(key=lambda one: -change(one))
+    # What one side alone knows stands behind all that can be compared.
+    found.sort(key=lambda one: (change(one) <= SAME, one.difference is None, -change(one)))
     changed = tuple(one for one in found if change(one) > SAME)
     keys, words = _keys(first, second)
     result = Differences((first, second), changed, tuple(found[len(changed) :]), tuple(_curves(first, second, loads)),
@@ -373,8 +376,9 @@ def _largest(a: tuple[FloatArray, FloatArray], b: tuple[FloatArray, FloatArray])
 def _keys(a: Side, b: Side) -> tuple[list[Key], list[str]]:
     """Return the keys that differ, and what is not known of them."""
     if a.text is None or b.text is None:
-        without = " and ".join(side.name for side in (a, b) if side.text is None)
-        return [], [f"Keys are not compared: {without} does not hold the text that it is made from."]
+        without = [side.name for side in (a, b) if side.text is None]
+        does = "do not hold the text that they are" if len(without) == 2 else "does not hold the text that it is"
+        return [], [f"Keys are not compared: {' and '.join(without)} {does} made from."]
     if a.text == b.text:
         return [], []
     if a.file != b.file:
@@ -383,10 +387,21 @@ def _keys(a: Side, b: Side) -> tuple[list[Key], list[str]]:
     if both[0] is None or both[1] is None:
         return [], ["Keys are not compared: the texts differ, and one is no TOML."]
     found, first, second = list[Key](), both[0], both[1]
-    for number in range(max(len(first), len(second))):
-        own: list[Mapping[str, str]] = [dict(keys_of(listed[number])) if number < len(listed) else {}
-                                        for listed in (first, second)]  # fmt: skip
-        name = "" if number == 0 else f"file {number + 1}"
-        found += [Key(name, key, own[0].get(key), own[1].get(key)) for key in {**own[0], **own[1]}
-                  if own[0].get(key) != own[1].get(key)]  # fmt: skip
+    for name in {**first, **second}:
+        own = [files.get(name, {}) for files in (first, second)]
+        items = [{key.partition("]")[0] for key in keys if "]" in key} for keys in own]
+        # Items of lists that one side alone has are one row.
+        alone = (items[0] ^ items[1]) if all(own) else set[str]()
+        found += [Key(name, f"{item}]", *(_counted(item, keys) for keys in own)) for item in sorted(alone)]
+        found += [Key(name, key, *(_short(keys.get(key)) for keys in own)) for key in {**own[0], **own[1]}
+                  if own[0].get(key) != own[1].get(key) and key.partition("]")[0] not in alone]  # fmt: skip
     return sorted(found, key=lambda key: key.key.partition(".")[0].partition("[")[0] not in FIRST), []
+
+
+def _counted(item: str, keys: Mapping[str, str]) -> str | None:
+    count = sum(key.startswith(f"{item}]") for key in keys)
+    return f"{count} keys" if count else None
+
+
+def _short(value: str | None) -> str | None:
+    return value if value is None or len(value) <= LONGEST_VALUE else f"{value[:LONGEST_VALUE]} …"

@@ -12,9 +12,12 @@ from typing import Any
 
 import h5py
 
+from pmor.case.document import files_in
 from pmor.core.errors import FileFormatError, printable
+from pmor.core.shown import keys_of
 from pmor.report.curves import Curves, curves_of
-from pmor.results.quantities import TABLE, Quantity
+from pmor.results.quantities import OF_DESIGNS, TABLE, Quantity
+from pmor.results.tabular import parted
 
 #: load, part, key
 Place = tuple[str, str, str]
@@ -42,12 +45,18 @@ TEXTS = ("case_text", "text", "campaign_text", "source_text")
 # Lists of loads in the data of results, by what names each.
 LOADS = {"loads": ("name", "load"), "torques": ("torque_Nm",), "responses": ("torque_Nm",)}
 # What is no figure of the machine at its loads, or is there under its loads too.
-APART = ("geometry", "models", "conditions", "fits", "fine_angles", "pareto", "chosen", "modes", "peaks", "base")
+APART = (
+    "geometry", "models", "conditions", "fits", "fine_angles", "pareto", "chosen", "modes", "peaks", "base", "verdict",
+    "folds", "run_up", "run_down", "largest", "waterfall", "axes_um", "micrometres", "micrometre_targets",
+)  # fmt: skip
+# Of a design and of a pair in motion: of the search, and of the table of the force law.
+WITHIN = ("objective_searched_um", "force_table_error_max_N", "force_table_error_rms_N", "force_table_largest_N",
+          "force_table_ste_error_um")  # fmt: skip
+# Of a pair in motion, from its table: largest over the speeds.
+OVER_SPEEDS = ("dte_rms_um", "dte_peak_to_peak_um", "dynamic_factor", "largest_force_N", "separation_um")
 NAMED = ("name", "load", "mesh", "gear", "planet", "bearing", "shaft")
-# Units of keys that the table does not have, of motion, designs and campaigns.
-UNITS = ("um", "N", "MPa", "Hz", "rpm", "mrad", "mW", "percent", "N_per_mm")
 FURTHER = ("dynamics.json", "design.json", "campaign.json")
-MOST_VALUES, AXES = 3, {3: ("x", "y", "z"), 2: ("y", "z")}
+AXES = {3: ("x", "y", "z"), 2: ("y", "z")}
 MOST_ORDERS = 5
 RIGID = "rigid_"
 
@@ -103,6 +112,7 @@ def _side(folder: Path, name: str) -> Side:
         columns = _table(folder / source.table) if source.table else {}
         figures = dict(_figures(_of_campaign(data) if name == "campaign.json" else data, name in FURTHER))
         curves = curves_of(columns) if columns else None
+        figures |= dict(_over_speeds(columns)) if "dte_rms_um" in columns else {}
     except (ValueError, AttributeError, KeyError, TypeError, OSError) as error:
         raise FileFormatError(f"{folder / name}: is damaged, or none of pmor ({error}): make it anew") from error
     text, version = _origin(folder / source.origin)
@@ -116,6 +126,15 @@ def _of_campaign(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return the ends of the results over all designs as figures."""
     ends = ("least", "most")
     return {f"{end} of all designs": {key: value[end] for key, value in data["results"].items()} for end in ends}
+
+
+def _over_speeds(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[Place, float | None]]:
+    """Yield the largest figures of motion over all speeds and branches under each torque."""
+    torques = [float(torque) for torque in columns["torque_Nm"]]
+    for torque in dict.fromkeys(torques):
+        for key in OVER_SPEEDS:
+            told = [float(text) for text, own in zip(columns[key], torques, strict=True) if own == torque and text]
+            yield (f"{torque:g} N m", "largest over the speeds", key), max(told, default=None)
 
 
 def _table(path: Path) -> dict[str, list[str]]:
@@ -141,14 +160,24 @@ def _figures(data: Mapping[str, Any], further: bool) -> Iterator[tuple[Place, fl
     """Yield the figures of results by load, part and key; those at the nominal load first."""
     listed = next((key for key in LOADS if isinstance(data.get(key), list) and data[key]), None)
     rows = [] if listed is None else [row for row in data[listed] if isinstance(row, dict)]
-    nominal = data.get("torque_Nm")
+    nominal, of_loads = data.get("torque_Nm"), data.get("loads")
+    if isinstance(of_loads, list) and of_loads and isinstance(of_loads[0], str):  # a design
+        best = data.get("best") or {}
+        yield from _walk(best.get("parameters", {}), (), "", further)
+        for number, load in enumerate(of_loads):
+            own = {key: value[number] for key, value in best.items() if isinstance(value, list)}
+            yield from _walk(own, (), load, further)
+        single = {key: value for key, value in best.items() if not isinstance(value, list | dict)}
+        yield from _walk(single, (), "", further)
+        return
     rows.sort(key=lambda row: row.get("torque_Nm") != nominal)
     for row in rows:
         names = [row[key] for key in LOADS[listed or ""] if key in row]
         load = str(names[0]) if names and isinstance(names[0], str) else f"{names[0]:g} N m" if names else ""
         yield from _walk(row, (), load, further)
     first = rows[0] if rows and nominal is not None else {}
-    rest = {key: value for key, value in data.items() if key not in (*first, *LOADS, *APART)}
+    told = (*first, *LOADS, *APART, *(("ste_harmonics_um",) if "ste_order_1_um" in first else ()))
+    rest = {key: value for key, value in data.items() if key not in told}
     yield from _walk(rest, (), f"{nominal:g} N m" if nominal is not None and not listed else "", further)
 
 
@@ -156,12 +185,14 @@ def _walk(
     node: Mapping[str, Any], part: tuple[str, ...], load: str, further: bool
 ) -> Iterator[tuple[Place, float | None]]:
     for key, value in node.items():
+        if key in APART or key == "ste_harmonics_um" and "ste_order_1_um" in node:
+            continue
         if isinstance(value, dict):
             yield from _walk(value, (*part, key.replace("_", " ")), load, further)
         elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
-            for number, item in enumerate(value) if key not in APART else ():
+            for number, item in enumerate(value):
                 yield from _walk(item, (*part, _name(item, key, number)), load, further)
-        elif (of := quantity(key, further)) is None or key in NAMED:
+        elif (of := quantity(key, further)) is None or key in (*NAMED, *WITHIN):
             continue
         elif isinstance(value, int | float) and not isinstance(value, bool) or value is None:
             yield (load, ", ".join((*part, *filter(None, key.split(".")[:-1]))), key), value
@@ -181,12 +212,11 @@ def _components(of: Quantity, values: Sequence[float | None]) -> list[tuple[str,
     """Return values of a list with what each is of; none of a series."""
     if "orders" in of.symbol:
         return [(f"order {number + 1}", value) for number, value in enumerate(values[:MOST_ORDERS])]
-    if len(values) > MOST_VALUES:
-        return []
-    words = AXES.get(len(values), ("",))
-    if len(values) == 2 and of.per in ("gear", "load"):
-        words = ("pinion", "wheel")
-    return list(zip(words, values, strict=True))
+    if len(values) == 2 and "gear" in of.per:
+        return list(zip(("pinion", "wheel"), values, strict=True))
+    along = "bearing" in of.per or "shaft" in of.per
+    words = AXES.get(len(values), ()) if along else ("",) * (len(values) == 1)
+    return list(zip(words, values, strict=True)) if words else []
 
 
 def quantity(key: str, further: bool = False) -> Quantity | None:
@@ -197,39 +227,27 @@ def quantity(key: str, further: bool = False) -> Quantity | None:
     further : bool
         Make one of a key that the table does not have, by the unit at its end.
     """
-    found = TABLE.get(key.rpartition(".")[2])
-    if found is not None:
-        return found
+    plain = key.rpartition(".")[2]
+    found = TABLE.get(OF_DESIGNS.get(plain, plain) if further else plain)
+    if found is not None:  # heads that stand beside that of the mean on pages
+        return replace(found, symbol=f"STE mean, {found.symbol}") if found.symbol.startswith("of ") else found
     if key.startswith(RIGID) and (found := TABLE.get(key.removeprefix(RIGID))) is not None:
         return replace(found, key=key, symbol=f"{found.symbol}, rigid")
-    unit = next((unit for unit in UNITS if key.endswith(f"_{unit}")), None) if further else None
-    if unit is None:
-        return None
-    shown = {"percent": "%", "N_per_mm": "N/mm"}.get(unit, unit)
-    return Quantity(key, shown, key.removesuffix(f"_{unit}").replace("_", " "))
+    words, unit = parted(plain)
+    return Quantity(key, unit, words, per="") if further and unit else None
 
 
-def documents(text: str) -> list[dict[str, Any]] | None:
-    """Return the documents that a text holds one after the other, as of a gearbox; None where it is no TOML."""
-    found, lines, start = list[dict[str, Any]](), text.splitlines(), 0
-    while start < len(lines):
-        parsed, end = None, len(lines)
-        while end > start:
-            try:
-                parsed = tomllib.loads("\n".join(lines[start:end]))
-                break
-            except tomllib.TOMLDecodeError as error:
-                at = getattr(error, "lineno", None) or _line_of(str(error))
-                end = min(end - 1, start + at - 1) if at else end - 1
-        if parsed is None:
-            return None
-        found.append(parsed)
-        start = end
+def documents(text: str) -> dict[str, dict[str, str]] | None:
+    """Return the keys of the files in a text by what these are of; None where the first one is no TOML.
+
+    Of others that are none, such as matrices, all is the value of one key.
+    """
+    found = dict[str, dict[str, str]]()
+    for name, own in files_in(text).items():
+        try:
+            found[name] = dict(keys_of(tomllib.loads(own)))
+        except tomllib.TOMLDecodeError:
+            if not name:
+                return None
+            found[name] = {"content": own.strip()}
     return found
-
-
-def _line_of(words: str) -> int | None:
-    """Line that an error of TOML names."""
-    _, _, place = words.partition("at line ")
-    digits = place.partition(",")[0]
-    return int(digits) if digits.isdigit() else None

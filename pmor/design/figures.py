@@ -17,20 +17,15 @@ from pmor.design.variants import Found
 from pmor.report.chart import COLOURS, Chart, Field, Panel, panels, plot_share_below
 from pmor.report.parameter_words import parameter_words
 from pmor.results.flank_maps import cell_edges
-from pmor.results.quantities import TABLE
+from pmor.results.quantities import OF_DESIGNS, TABLE
 from pmor.sets.lost import known
 
 #: names of results in pictures and tables
 #: results of designs as readers see them, by their keys in the table of quantities
 WORDS = {
     name: TABLE[key].head
-    for name, key in {
-        "peak_to_peak_um": "ste_peak_to_peak_um", "pressure_MPa": "flank_pressure_max_MPa", "k_h_beta": "k_h_beta",
-        "tip_edge_load_N_per_mm": "tip_edge_load_N_per_mm", "root_stress_MPa": "root_stress_max_MPa",
-        "k_gamma": "k_gamma", **{f"order_{k}_um": f"ste_order_{k}_um" for k in (1, 2, 3)},
-        **dict(zip(RESULTS_OF_MOTION, RESULTS_OF_MOTION, strict=True)),
-    }.items()
-}  # fmt: skip
+    for name, key in {**OF_DESIGNS, **dict(zip(RESULTS_OF_MOTION, RESULTS_OF_MOTION, strict=True))}.items()
+}
 VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}
 # Contour levels.
 LEVELS = 16

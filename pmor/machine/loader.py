@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pmor.case import Case, change_case, changed_text, load_case, parse_case, without_models
 from pmor.case.capability import refuse_beyond
+from pmor.case.document import joined_files
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.seats import read_seats
 from pmor.case.slips import case_slips
@@ -61,9 +62,11 @@ class GearboxFile(Written):
     @property
     def whole_text(self) -> str:
         """Text of the gearbox file and of those that it names."""
-        texts = [self.text or repr(self.model.sections), *(case.text for case in self.cases.values())]
-        housing = [repr(matrix.tolist()) for matrix in self.model.of_housing.values()]
-        return "\n".join([*texts, *(one.whole_text for one in self.model.sets.values()), *housing])
+        named = {mesh.name for mesh in self.model.sections.meshes if mesh.case is not None or not self.text}
+        cases = {f"case of {name}": case.text for name, case in self.cases.items() if name in named}
+        sets = {f"set {name}": one.whole_text for name, one in self.model.sets.items()}
+        housing = {f"housing, {key}": repr(matrix.tolist()) for key, matrix in self.model.of_housing.items()}
+        return joined_files(self.text or repr(self.model.sections), {**cases, **sets, **housing})
 
     @property
     def never_back(self) -> str:

@@ -29,9 +29,9 @@ from pmor.results.loads import LineStates
 #: of a mesh, by keys: values under each torque, (D,)
 Figures = Mapping[str, FloatArray]
 PAIR, SET, BOX = "summary.json", "set.json", "gearbox.json"
-ALL, TRAINS = (PAIR, SET, BOX), (SET, BOX)
+ALL, TRAINS, MOVING = (PAIR, SET, BOX), (SET, BOX), ("dynamics.json",)
 # Units as readers know them.
-SHOWN = {"1": "", "1e6": "10⁶", "um": "µm", "N/(mm um)": "N/(mm µm)", "kg m2": "kg m²"}
+SHOWN = {"1": "", "1e6": "10⁶", "um": "µm", "N/um": "N/µm", "N/(mm um)": "N/(mm µm)", "kg m2": "kg m²"}
 
 
 @dataclass(frozen=True)
@@ -132,10 +132,10 @@ QUANTITIES = (
     Quantity("cycles_per_pitch", "1", "mesh cycles", "of a mesh, in a pitch of the first gear", "mesh", TRAINS),
     Quantity("share_mean", "1", "share", "in the load of all that share it, mean over the mesh cycle", "planet, mesh",
              TRAINS, percent=True),
-    Quantity("share_max", "1", "largest", "largest share over the mesh cycle", "planet, mesh", TRAINS, percent=True),
+    Quantity("share_max", "1", "largest share", "over the mesh cycle", "planet, mesh", TRAINS, percent=True),
     Quantity("force_N", "N", "force", "in the transverse plane; of bearings along x, y, z", "mesh, bearing", (BOX,)),
     Quantity("force_mean_N", "N", "force", "in the transverse plane, mean", "mesh, bearing", TRAINS),
-    Quantity("force_peak_to_peak_N", "N", "p-p", "of that force over the mesh cycle", "mesh", TRAINS),
+    Quantity("force_peak_to_peak_N", "N", "force p-p", "of that force over the mesh cycle", "mesh", TRAINS),
     Quantity("pinion_torque_Nm", "N m", "torque on the pinion", "of the mesh, mean", "mesh", TRAINS),
     Quantity("wheel_torque_Nm", "N m", "torque on the wheel", "of the mesh, mean", "mesh", TRAINS),
     Quantity("k_h_beta", "1", "K_Hβ", "largest over mean line load of the face, added up over the mesh cycle", "mesh",
@@ -223,6 +223,32 @@ QUANTITIES = (
              "bearing", TRAINS, percent=True),
     Quantity("mesh_frequency_Hz", "Hz", "mesh frequency", "where speeds are given", files=TRAINS),
     Quantity("n_positions_failed", "1", "positions that failed", files=(PAIR,)),
+    # Of motion alone.
+    Quantity("dte_rms_um", "um", "DTE, rms", "dynamic transmission error over a cycle; of a pair", "load", MOVING),
+    Quantity("dte_peak_to_peak_um", "um", "DTE, p-p", "largest less least over a cycle", "load", MOVING),
+    Quantity("dynamic_factor", "1", "dynamic factor", "largest over mean force of a mesh", "load, mesh", MOVING),
+    Quantity("largest_force_N", "N", "largest mesh force", "over a cycle", "load", MOVING),
+    Quantity("smallest_force_N", "N", "smallest mesh force", "over a cycle; below 0 backs touch", "load", MOVING),
+    Quantity("separation_um", "um", "flanks part by", "most over a cycle", "load", MOVING),
+    Quantity("contact_loss", "1", "without contact", "share of a cycle", "load", MOVING, percent=True),
+    Quantity("ste_rms_um", "um", "STE, rms", "about its mean", "load", MOVING),
+    Quantity("mesh_force_mean_N", "N", "mesh force, mean", "", "load", MOVING),
+    Quantity("mean_force_N", "N", "mesh force, mean", "", "mesh", MOVING),
+    Quantity("mesh_stiffness_mean_N_per_um", "N/um", "mesh stiffness, mean", "", "load", MOVING),
+    Quantity("mean_tangent_N_per_um", "N/um", "mesh stiffness, mean", "", "mesh", MOVING),
+    Quantity("natural_frequency_Hz", "Hz", "natural frequency", "of the gears against each other", "load", MOVING),
+    Quantity("natural_speed_rpm", "rpm", "natural speed", "of the pinion: meshes at the natural frequency", "load",
+             MOVING),
+    Quantity("resonance_Hz", "Hz", "resonance, ISO 6336-1", "method B", "load", MOVING),
+    Quantity("resonance_rpm", "rpm", "resonance speed, ISO 6336-1", "method B", "load", MOVING),
+    Quantity("force_rms_max_N", "N", "dynamic force, rms", "largest over the speeds", "mesh, bearing", MOVING),
+    Quantity("linear_force_rms_max_N", "N", "dynamic force, rms, never parting", "of flanks that stay in contact",
+             "mesh, bearing", MOVING),
+    Quantity("constant_stiffness_rms_max_N", "N", "dynamic force, rms, constant stiffness", "of the mesh",
+             "mesh, bearing", MOVING),
+    Quantity("at_rpm", "rpm", "speed of the largest force", "", "bearing", MOVING),
+    # Of designs, beside `OF_DESIGNS`.
+    Quantity("objective_um", "um", "objective", "mean over the loads by their weights", "", ()),
     # Of campaigns alone.
     *(Quantity(f"line_load_max_{mesh}_N_per_mm", "N/mm", f"line load, {words}", "", "mesh", ())
       for mesh, words in MESHES.items()),
@@ -242,6 +268,12 @@ QUANTITIES = (
     Quantity("best_tip_relief_start_wheel_roll_deg", "deg", "best tip relief, start on the wheel", files=()),
     Quantity("best_ste_peak_to_peak_um", "um", "STE p-p, best tip relief", files=()),
 )  # fmt: skip
+#: results of designs by the keys that they have in the table
+OF_DESIGNS = {
+    "peak_to_peak_um": "ste_peak_to_peak_um", "pressure_MPa": "flank_pressure_max_MPa", "k_h_beta": "k_h_beta",
+    "tip_edge_load_N_per_mm": "tip_edge_load_N_per_mm", "root_stress_MPa": "root_stress_max_MPa",
+    "k_gamma": "k_gamma", **{f"order_{k}_um": f"ste_order_{k}_um" for k in (1, 2, 3)},
+}  # fmt: skip
 #: by keys
 TABLE = {quantity.key: quantity for quantity in QUANTITIES}
 #: keys of those that are read off the line contact of a mesh

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 # Units by the ends of keys, the longest first.
 ENDS = {
-    "N_per_mm_um": "N/(mm um)", "N_per_mm": "N/mm", "percent": "%", "mrad": "mrad", "urad": "urad", "rad": "rad",
-    "deg": "deg", "um": "um", "mm": "mm", "Nm": "N m", "MPa": "MPa", "Hz": "Hz", "rpm": "rpm", "kg": "kg", "N": "N",
-    "W": "W", "s": "s",
+    "N_per_mm_um": "N/(mm um)", "N_per_mm": "N/mm", "N_per_um": "N/um", "percent": "%", "mrad": "mrad",
+    "urad": "urad", "rad": "rad", "deg": "deg", "um": "um", "mm": "mm", "Nm": "N m", "MPa": "MPa", "Hz": "Hz",
+    "rpm": "rpm", "kg": "kg", "N": "N", "mW": "mW", "W": "W", "s": "s",
 }  # fmt: skip
 # Parts of the path of an array of a machine with several parts: kind, name, load.
 PLACE = 3
@@ -110,7 +110,13 @@ def unit_of(name: str) -> str:
     """Return the unit of a column by its key; empty where it has none."""
     if (found := TABLE.get(name.rpartition(".")[2])) is not None:
         return "" if found.unit == "1" else found.unit
-    return next((unit for end, unit in ENDS.items() if name.endswith(f"_{end}")), "")
+    return parted(name)[1]
+
+
+def parted(key: str) -> tuple[str, str]:
+    """Return a key in words, and the unit at its end; empty where it has none."""
+    end = next((end for end in ENDS if key.endswith(f"_{end}")), None)
+    return (key if end is None else key.removesuffix(f"_{end}")).replace("_", " "), ENDS.get(end or "", "")
 
 
 def _package(name: str, method: str) -> Any:

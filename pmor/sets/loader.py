@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pmor.body.bearing_faults import InnerGeometry
 from pmor.case import Case
+from pmor.case.document import joined_files
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.slips import case_slips, slips
 from pmor.core.errors import CaseError, GeometryError, printable
@@ -132,8 +133,9 @@ class SetFile(Written):
     @property
     def whole_text(self) -> str:
         """Text of the set file and of those that it names."""
-        named = self.inputs[-1:] if self.sections.carrier.stiffness else ()
-        return "\n".join([self.text, *(path.read_text(encoding="utf-8-sig") for path in named)])
+        if self.sections.carrier.stiffness is None:
+            return self.text
+        return joined_files(self.text, {"carrier": self.inputs[-1].read_text(encoding="utf-8-sig")})
 
 
 def load(path: Path | str, shafts: OnShafts | None = None) -> SetFile:

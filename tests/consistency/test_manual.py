@@ -1,6 +1,6 @@
 """The manual does what it says: its blocks of TOML, commands and Python run in order, and print what it shows.
 
-A block of TOML names its file in its first line, ``# pair.toml``. The lines of a block of ``sh`` are commands of pmor,
+A block of TOML names its file in its first line, ``# pair.toml``; without one it is a part of a file. The lines of a block of ``sh`` are commands of pmor,
 whose output may go into a file.
 Those of ``output`` are among what the block before printed. A comment ``<!-- needs MODULE -->`` before a block leaves
 it out where that module is missing. All pages share one folder, in this order. To run them takes a minute and more:
@@ -48,7 +48,8 @@ def blocks_of(page):
 
 def run_block(language, code, names, where, printed):
     if language == "toml":
-        Path(re.match(r"# (\S+\.toml)\n", code)[1]).write_text(code, encoding="utf-8")
+        if named := re.match(r"# (\S+\.toml)\n", code):
+            Path(named[1]).write_text(code, encoding="utf-8")
     elif language == "sh":
         for line in code.splitlines():
             command, _, target = line.partition(" > ")
@@ -98,6 +99,7 @@ def test_every_page_is_in_the_table_of_contents():
     contents = (MANUAL / "README.md").read_text(encoding="utf-8")
     pages = {path.name for path in MANUAL.iterdir() if path.suffix in (".md", ".ipynb")} - {"README.md"}
     assert [page for page in sorted(pages) if f"]({page})" not in contents] == []
+    assert {page for page in pages if "\n```python" in (MANUAL / page).read_text(encoding="utf-8")} <= set(PAGES)
     assert "](cases/manual/README.md)" in (MANUAL.parents[1] / "README.md").read_text(encoding="utf-8")
 
 

@@ -9,6 +9,7 @@ import pytest
 import pmor
 from pmor.app.cli import main
 from pmor.app.diff_sides import documents
+from pmor.case.document import joined_files
 from pmor.report.data_files import write_columns_csv
 
 TOML = '[load]\ntorque_Nm = {torque}\n[pair]\nmodule_mm = 2.5\n[[bearings]]\nname = "left"\nat_mm = 1.0\n'
@@ -90,10 +91,66 @@ def test_keys_that_differ_are_told_with_both_values(pair):
 
 
 def test_documents_one_after_the_other_are_read_and_other_text_is_none():
-    assert documents("a = 1\n[b]\nc = 2\na = 3\n") == [{"a": 1, "b": {"c": 2, "a": 3}}]
+    assert documents("a = 1\n[b]\nc = 2\na = 3\n") == {"": {"a": "1", "b.c": "2", "b.a": "3"}}
     pinion = "[pinion]\nteeth = 21\n"
-    assert documents(pinion + pinion.replace("21", "22")) == [{"pinion": {"teeth": 21}}, {"pinion": {"teeth": 22}}]
+    text = joined_files(pinion, {"case of first": pinion.replace("21", "22"), "housing": "[[1.0, 2.0"})
+    assert documents(text) == {
+        "": {"pinion.teeth": "21"}, "case of first": {"pinion.teeth": "22"}, "housing": {"content": "[[1.0, 2.0"}
+    }  # fmt: skip
     assert documents("<?xml version='1.0'?>\n<model/>") is None
+
+
+def folder_with(tmp_path, name, file, data, table="", columns=None):
+    folder = tmp_path / name
+    folder.mkdir()
+    (folder / file).write_text(json.dumps(data))
+    if columns:
+        write_columns_csv(folder / table, columns)
+    return folder
+
+
+def test_what_one_side_alone_knows_stands_last_and_orders_once(pair):
+    orders = {"ste_harmonics_um": [1.0], "ste_order_1_um": 1.0}
+    rows = [{"torque_Nm": 100.0, "ste_peak_to_peak_um": 3.0, "ste_order_1_um": 1.0}]
+    found = pmor.diff(pair("a", torques=rows, first_touch_um=None, **orders),
+                      pair("b", torques=[{**rows[0], "ste_peak_to_peak_um": 2.9}], first_touch_um=0.0, **orders))
+    assert [one.key for one in found.changed] == ["ste_peak_to_peak_um", "first_touch_um"]
+    assert not any(one.key == "ste_harmonics_um" for one in found.same)
+
+
+def test_a_design_is_told_under_its_loads_in_the_words_of_the_table(tmp_path):
+    def made(name, least):
+        best = {"parameters": {"tip_relief_um": 8.0}, "peak_to_peak_um": [least, 1.0], "objective_um": least,
+                "objective_searched_um": 7.0 * least}  # fmt: skip
+        return folder_with(tmp_path, name, "design.json", {"loads": ["60 N m", "full"], "best": best})
+
+    found = pmor.diff(made("a", 2.0), made("b", 3.0))
+    assert [(one.load, one.key) for one in found.changed] == [("60 N m", "peak_to_peak_um"), ("", "objective_um")]
+    assert "STE p-p [µm], 60 N m" in str(found)
+
+
+def test_a_pair_in_motion_is_told_by_its_largest_figures_over_the_speeds(tmp_path):
+    def made(name, most):
+        columns = {key: [1.0, most] for key in (
+            "dte_rms_um", "dte_peak_to_peak_um", "dynamic_factor", "largest_force_N", "separation_um")}  # fmt: skip
+        columns |= {"torque_Nm": [50.0, 50.0], "mesh_frequency_Hz": [1.0, 2.0], "curve": ["run_up", "run_up"]}
+        data = {"responses": [{"torque_Nm": 50.0, "period_doublings_Hz": [], "natural_frequency_Hz": 9.0}]}
+        return folder_with(tmp_path, name, "dynamics.json", data, "response.csv", columns)
+
+    found = pmor.diff(made("a", 2.0), made("b", 3.0))
+    assert {(one.load, one.a, one.b) for one in found.changed} == {("50 N m", 2.0, 3.0)}
+    assert "DTE, rms [µm], largest over the speeds, 50 N m" in str(found)
+    assert "a and b do not hold the text" in found.notes[-1]
+
+
+def test_an_item_of_a_list_that_one_side_alone_has_is_one_row(pair):
+    a, b = pair("a"), pair("b")
+    with h5py.File(b / "results.h5", "a") as file:
+        more = '[[bearings]]\nname = "right"\nat_mm = 2.0\n'
+        file.attrs["case_text"] = joined_files(TOML.format(torque=100.0) + more, {"case of one": "[load]\nx = 1"})
+    assert [(key.file, key.key, key.a, key.b) for key in pmor.diff(a, b).keys] == [
+        ("case of one", "load.x", None, "1"), ("", "bearings[right]", None, "2 keys")
+    ]  # fmt: skip
 
 
 def test_a_pair_beside_a_gearbox_with_one_mesh_is_compared_with_that_mesh(pair, tmp_path):

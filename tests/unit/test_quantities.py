@@ -12,6 +12,7 @@ from pmor.gear.tooth import Tooth
 from pmor.report.table import heads, table
 from pmor.results.loads import LineStates
 from pmor.results.quantities import ALL, OF_MESHES, QUANTITIES, TABLE, figures_of_mesh
+from pmor.results.tabular import parted
 from tests.programs.quantity_page import PAGE, with_table
 
 ENDINGS = {
@@ -24,7 +25,7 @@ def test_each_key_stands_once_and_its_unit_is_that_of_its_end():
     assert len(TABLE) == len(QUANTITIES)
     for quantity in QUANTITIES:
         expected = ENDINGS.get(quantity.key.rpartition("_")[2], quantity.unit)
-        per = "N/(mm um)" if quantity.key.endswith("N_per_mm_um") else "N/mm" if "N_per_mm" in quantity.key else None
+        per = parted(quantity.key)[1] if "N_per_" in quantity.key else None
         assert quantity.unit == (per or expected) or quantity.unit in expected, quantity.key
 
 
