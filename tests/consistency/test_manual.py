@@ -1,7 +1,7 @@
 """The manual does what it says: its blocks of TOML, commands and Python run in order, and print what it shows.
 
-A block of TOML names its file in its first line, ``# pair.toml``; without one it is a part of a file. The lines of a block of ``sh`` are commands of pmor,
-whose output may go into a file.
+A block of TOML names its file in its first line, ``# pair.toml``; without one it is a part of a file. The lines of a
+block of ``sh`` are commands of pmor, whose output may go into a file.
 Those of ``output`` are among what the block before printed. A comment ``<!-- needs MODULE -->`` before a block leaves
 it out where that module is missing. All pages share one folder, in this order. To run them takes a minute and more:
 usually they are only read.
