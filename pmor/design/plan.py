@@ -17,21 +17,19 @@ from pmor.design.search import MOST_SINGLE, first_samples
 from pmor.design.settings import Design, Variable
 from pmor.dynamics.whine.hill import FURTHER
 from pmor.gear.pair import GearPair
-from pmor.line.hub_law import COORDINATES
-from pmor.machine.plan import LOADS, stages_of_gearbox
+from pmor.machine.plan import LOADS, placed_seconds, stages_of_gearbox
 from pmor.pair.model import gear_pair
 from pmor.sets.preview import PER_HARMONIC, set_seconds
 from pmor.work.cost import START_S, Plan, body_seconds, compiling_seconds, plan_texts, seconds_of
 
-# *Measured*, seconds: of a position, and of the sections in contact in it to the second power; of an equation of motion
-# at a speed, by all of them; of the page.
-POSITION_S, SECTIONS_S, EQUATION_S, PAGE_S = 6e-6, 1.2e-7, 7e-7, 3.0
+# *Measured*, seconds: of a position, and of the sections in contact in it to the second power; of the page.
+POSITION_S, SECTIONS_S, PAGE_S = 6e-6, 1.2e-7, 3.0
 # Share of the finite elements in the whole from which on the first result is found on half as many elements.
 COARSE_SHARE = 0.1
-# *Measured*: steps of a descent, of one under a bound more, beside those by which each variable moves constraints;
-# variants that are judged on the fewest of fine angles, as drawn and over scatter, where twice as many as those of the
-# search are the fewest.
-STEPS, BOUND, CONSTRAINED, FINE, FINE_SCATTERED = 40, 20, 12, 45, 90
+# *Measured*: steps of a descent, of one by quotients of differences, share of those under a bound more, beside those by
+# which each variable moves constraints; variants that are judged on the fewest of fine angles, as drawn, and over
+# scatter, where twice as many as those of the search are the fewest.
+STEPS, BY_QUOTIENTS, BOUND, CONSTRAINED, FINE, FINE_SCATTERED = 40, 8, 0.5, 12, 45, 90
 # Flanks with which the whole gearbox is solved anew; laws of a mesh in motion for each of its flanks.
 ANEW, LAWS = 4, 3
 
@@ -118,10 +116,9 @@ def _draws(file: DesignFile) -> int:
 def _descent(file: DesignFile, bounds: bool) -> float:
     """Judgements of a descent: its steps, quotients of figures without derivatives, and what can be made around it."""
     variables = file.design.variables
-    quotients = 2 * len(variables) * (file.set is None and not _is_exact(file))
-    steps = (STEPS + BOUND * bounds) * (1 + quotients)
+    steps = STEPS if file.set is not None or _is_exact(file) else BY_QUOTIENTS * (1 + 2 * len(variables))
     bounded = CONSTRAINED * len(variables) * (bounds or bool(file.design.constraints))
-    return steps + bounded + 2 ** sum(variable.step is not None for variable in variables)
+    return (1.0 + BOUND * bounds) * steps + bounded + 2 ** sum(variable.step is not None for variable in variables)
 
 
 def _is_exact(file: DesignFile) -> bool:
@@ -180,13 +177,9 @@ def _seconds_in_motion(file: DesignFile) -> float:
     """Seconds of the motion of one variant under all loads; 0 where none is asked for."""
     if file.box is None or not file.design.moves:
         return 0.0
-    harmonics = file.box.model.sections.dynamics.harmonics + FURTHER
-    laws = sum(
-        LAWS * PER_HARMONIC * harmonics * file.repeats_after(name) * position_seconds(gear_pair(case), case)
-        for name, case in file.cases.items()
-    )
-    equations = (COORDINATES * (2 * harmonics + 1)) ** 2 * EQUATION_S
-    return len(file.design.load.labels) * (laws + len(file.meshes) * file.design.motion.speeds * equations)
+    positions = LAWS * PER_HARMONIC * (file.box.model.sections.dynamics.harmonics + FURTHER)
+    one = sum(file.repeats_after(name) * placed_seconds(file.box, name) for name in file.meshes)
+    return len(file.design.load.labels) * positions * one
 
 
 def _seconds_on_aligned_axes(file: DesignFile, counts: Mapping[str, float], one: float) -> float:

@@ -57,7 +57,7 @@ TRAINING, LOADS = "training", "{} loads"
 # *Measured*, seconds: of a position, of two sections in contact in it; times of that for a position placed anew;
 # rounds in which mean forces settle; positions that take as long as the flank that fits, of a mesh under a load; page
 # and pictures.
-POSITION_S, SECTIONS_S, PLACED, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 4, 700, 4.0
+POSITION_S, SECTIONS_S, PLACED, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 3, 4, 700, 4.0
 # *Measured*: times of a set in a position by itself to one on its shafts, and to one over a turn of its carrier.
 ON_SHAFTS, OVER_A_TURN = 3, 4
 # Of motion: cycles of a mesh about a load, and of what a micrometre of its flanks does; angles of the mean deflection.
@@ -166,7 +166,7 @@ def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
         held += loaded_bytes(case)
         seconds = _position_seconds(file.model.pairs[name], case)
         positions = case.repeats_after * (case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES)
-        more.append((f"{LOADS.format(loads)}, {name}", loads * positions * PLACED * seconds))
+        more.append((f"{LOADS.format(loads)}, {name}", loads * positions * placed_seconds(file, name)))
         more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
     of_sets = 0
     for name, one in file.model.sets.items():
@@ -223,6 +223,11 @@ def _set_pitches_and_seconds(file: GearboxFile, one: SetFile) -> tuple[int, floa
     placed = (angles + ROUNDS * MEAN_ANGLES) * cycle * own.place
     solved = (rounds + ON_SHAFTS * pitches * angles) * own.position
     return pitches, placed + solved + sweep_seconds(one, own, 1, angles)
+
+
+def placed_seconds(file: GearboxFile, name: str) -> float:
+    """Return the time of a mesh of a gearbox in a position that is placed anew."""
+    return PLACED * _position_seconds(file.model.pairs[name], file.cases[name])
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:
