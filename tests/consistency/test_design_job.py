@@ -231,14 +231,15 @@ def test_a_search_whose_pieces_all_fail_says_so(file, reduced, tmp_path, monkeyp
         Search(judge_of(file, reduced), tmp_path).found()
 
 
-def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys, undrawn, monkeypatch):
+@pytest.mark.parametrize("scatter", ["", pytest.param(SCATTER, marks=pytest.mark.slow)], ids=["as drawn", "scatter"])
+def test_the_command_leaves_what_scripts_rely_on(scatter, tmp_path, capsys, undrawn, monkeypatch):
     monkeypatch.setattr(readings, "FRESH", 64)
     monkeypatch.setattr(readings, "CONTOUR", 4)
     quick = DESIGN.replace("descents = 2", "descents = 1").replace("points = 2", "points = 1")
-    path, out = written(tmp_path, quick + SCATTER), tmp_path / "out"
+    path, out = written(tmp_path, quick + scatter), tmp_path / "out"
     assert main(["design", str(path), "--out", str(out)]) == 0
-    of_a_gearbox = {"face_load.svg"}
-    assert {f.name for f in out.iterdir() if not f.name.startswith(".")} == set(FILES) - of_a_gearbox
+    of_others = {"face_load.svg"} if scatter else {"face_load.svg", "scatter.svg"}
+    assert {f.name for f in out.iterdir() if not f.name.startswith(".")} == set(FILES) - of_others
     data = json.loads((out / "design.json").read_text())
     assert data["failed"] == 0
     assert data["variants"] == len((out / "design.csv").read_text().splitlines()) - 1
@@ -247,16 +248,18 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys, undrawn, monk
         assert set(entry["parameters"]) == {"tip_relief_um", "tip_relief_start_roll_deg"}
         assert len(entry["peak_to_peak_um"]) == 2
         assert entry["parameters"]["tip_relief_um"] % 0.5 == 0.0
-    assert data["fresh_draws"]["best"]["draws"] == 64
+    if scatter:
+        assert data["fresh_draws"]["best"]["draws"] == 64
     assert data["best"]["angles_per_pitch"] >= 512
     assert data["best"]["objective_searched_um"] != data["best"]["objective_um"]
     assert "variables          tip_relief_um, tip_relief_start_roll_deg" in file_text(out / "design.h5")
     stored = read_design_file(out / "design.h5")
     assert_array_equal(stored.arrays["front"], [entry["variant"] for entry in data["pareto"]])
     said = capsys.readouterr().out
-    assert said.index("The first result: the search goes on") < said.index("Over scatter")
+    assert said.index("The first result: the search goes on") < said.index("Over scatter" if scatter else "How sure")
     assert not data["first"]
-    assert data["halves_apart"] is None, "one descent tells nothing of how sure the best is"
+    if scatter:
+        assert data["halves_apart"] is None, "one descent tells nothing of how sure the best is"
 
     number = data["best"]["variant"]
     assert main(["design", str(path), "--out", str(out), "--case", str(number)]) == 0

@@ -25,7 +25,7 @@ from pmor_online.mesh_force import mesh_force_of
 from tests.support.small_case import case_text, case_with
 
 MESH = {"profile_elements": 5, "width_elements": 2}
-DYNAMICS = {"torques_Nm": [60.0, 100.0], "mesh_frequency_ratio": [0.8, 1.2], "run_cycles": 200}
+DYNAMICS = {"torques_Nm": [60.0, 100.0], "mesh_frequency_ratio": [0.8, 1.2], "run_cycles": 100}
 
 
 def text(**dynamics):
