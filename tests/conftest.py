@@ -55,8 +55,9 @@ def pytest_configure(config):
 
 
 def pytest_collection_finish():
-    """What is collected stays until the end: the garbage collector need not look through it again and again."""
+    """What is collected stays until the end, and garbage may wait: looking for it takes one second in forty."""
     gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -32,7 +32,7 @@ SAME = 1e-12
 SOLVED = 1e-9
 # Moments of forces that nodes carry in place of the flank between them.
 CARRIED = 1e-4
-ANGLES = 3
+ANGLES = 2
 
 
 def made_up_hubs(rng):

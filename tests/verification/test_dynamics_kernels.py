@@ -50,10 +50,10 @@ def test_integration_over_time_is_that_of_another_program():
     oscillator, speed, n = on_bearings(3.0), 0.8, 3
     acceleration = accelerations(oscillator, lambda t, x: (1.0 + 0.2 * np.cos(speed * t)) * max(x, 0.0))
     start = np.array([1.5, 0.3, -0.2, 0.0, 0.5, 0.0])
-    motion = integrate(oscillator, LAW, start, (speed, speed), 5, steps=4096)
+    motion = integrate(oscillator, LAW, start, (speed, speed), 3, steps=4096)
     assert (motion.force == 0.0).mean() > 0.05
     slow = solve_ivp(
-        lambda t, y: np.append(y[n:], acceleration(y[:n], y[n:], t)), (0.0, 10.0 * np.pi / speed), start,
+        lambda t, y: np.append(y[n:], acceleration(y[:n], y[n:], t)), (0.0, 6.0 * np.pi / speed), start,
         "DOP853", motion.phase / speed - 1e-14, rtol=1e-11, atol=1e-11,
     )  # fmt: skip
     np.testing.assert_allclose(motion.states, slow.y.T, atol=1e-7)  # steps of 3e-5, squared, where flanks meet; 1e-11
@@ -281,18 +281,18 @@ def test_motion_inside_the_instability_has_twice_the_period():
         assert np.ptp(samples[-1, :64] - samples[-1, 64:]) > 1.0
 
 
-def test_integration_over_time_finds_what_harmonic_balance_found_at_sixty_speeds():
+def test_integration_over_time_finds_what_harmonic_balance_found_at_thirty_speeds():
     branch, _ = followed(0.05, limits=(0.4, 1.5))
     held = stability_of(np.linalg.eigvals(monodromies(branch)))
     points = [p for p, stable in zip(branch.points, held, strict=True) if stable]
-    chosen = [points[i] for i in np.linspace(0, len(points) - 1, 60).astype(int)]
+    chosen = [points[i] for i in np.linspace(0, len(points) - 1, 30).astype(int)]
     for point in chosen:
         start = state_of(branch.balance, point.unknowns, point.speed)
         motion = integrate(branch.balance.oscillator, BENCHMARK, start, (point.speed, point.speed), 60)
         np.testing.assert_allclose(motion.rms[-1], rms(point.unknowns), rtol=5e-4)  # asked for: 5e-3; measured 1.3e-4
 
 
-@pytest.mark.parametrize(("speeds", "kind"), [((0.88, 0.93), "run_up"), ((0.86, 0.81), "run_down")])
+@pytest.mark.parametrize(("speeds", "kind"), [((0.9, 0.915), "run_up"), ((0.842, 0.827), "run_down")])
 def test_a_slow_run_jumps_at_the_folds(speeds, kind):
     branch, _ = followed(0.05)
     fold = next(fold.point.speed for fold in branch.folds if fold.kind == kind)
@@ -300,7 +300,7 @@ def test_a_slow_run_jumps_at_the_folds(speeds, kind):
     unknowns = solve_at(balance, 0.7 if kind == "run_up" else 1.0, rest(balance))
     start = state_of(balance, unknowns, speeds[0])
     settled = integrate(balance.oscillator, BENCHMARK, start, (speeds[0], speeds[0]), 200).states[-1]
-    pieces = list(run_through(balance.oscillator, BENCHMARK, settled, speeds, 10_000))
+    pieces = list(run_through(balance.oscillator, BENCHMARK, settled, speeds, 3_000))
     size, speed = (np.concatenate([getattr(p, name) for p in pieces]) for name in ("rms", "cycle_speed"))
     jumped = size > 1.0 if kind == "run_up" else size < 1.0
     assert not jumped[0]

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.signal import argrelmax
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
@@ -209,7 +208,9 @@ def peak_rows(response: LoadResponse) -> list[Data]:
         over_speed = total[:, bearing]
         if over_speed.max() <= nothing:  # planets in phase leave it alone
             continue
-        tops = sorted(argrelmax(over_speed)[0].tolist(), key=lambda place: -float(over_speed[place]))
+        before, inside, after = over_speed[:-2], over_speed[1:-1], over_speed[2:]
+        tops = (1 + np.flatnonzero((inside > before) & (inside > after))).tolist()
+        tops.sort(key=lambda place: -float(over_speed[place]))
         for place in tops[:MOST_PEAKS]:
             around, speed = slice(place - 1, place + 2), float(response.speeds_rpm[place])
             bends = [
