@@ -156,7 +156,7 @@ class Differences(Tabular):
     def _blocks(self) -> Iterator[Block]:
         yield from map(Warning, self.failures)
         few = self._few()
-        yield Table("What differs most", ("quantity", *self._heads()), few) if few else self._nothing()
+        yield Table("What differs most", self._few_heads(), few) if few else self._nothing()
         if self.curves:
             words = f"Solid: {self.sides[0].name}. Dashed: {self.sides[1].name}."
             yield Picture("curves.svg", words, self._chart())
@@ -167,7 +167,7 @@ class Differences(Tabular):
         heads = (*(["file"] if files else []), "key", *self._names())
         yield Table("Keys", heads, rows, "–: not written; the default holds.")
         if not rows:
-            yield "No key differs." if self.sides[0].text == self.sides[1].text else "Keys are not compared."
+            yield "No key differs." if self._texts_are_one else "Keys are not compared."
         yield Heading("Quantities")
         yield self._table("All that differ", self.changed)
         yield self._table(f"{len(self.same)} that do not", self.same, folded=True)
@@ -179,11 +179,18 @@ class Differences(Tabular):
                 for one in listed]  # fmt: skip
         return Table(title, heads, rows, folded=folded)
 
+    @property
+    def _texts_are_one(self) -> bool:
+        return self.sides[0].text is not None and self.sides[0].text == self.sides[1].text
+
     def _names(self) -> tuple[str, str]:
         return self.sides[0].name, self.sides[1].name
 
     def _heads(self) -> tuple[str, ...]:
         return (*self._names(), "difference", "%")
+
+    def _few_heads(self) -> tuple[str, ...]:
+        return ("quantity", *self._names(), "change, %")
 
     def _cells(self, one: Difference) -> tuple[float | None, ...]:
         scale = 100.0 if self._quantity(one.key).percent else 1.0
@@ -197,8 +204,8 @@ class Differences(Tabular):
         order = [one for one in told if largest[one.key] is one]
         kept = [one for one in order if abs(one.percent if one.percent is not None else 100.0) >= 100.0 * SMALL]
         return [
-            (", ".join(filter(None, (self._quantity(one.key).head, one.of, one.load))), *self._cells(one))
-            for one in kept[:MOST_LINES]
+            (", ".join(filter(None, (self._quantity(one.key).head, one.of, one.load))), a, b, percent)
+            for one in kept[:MOST_LINES] for a, b, _, percent in [self._cells(one)]
         ]
 
     def _nothing(self) -> str:
@@ -215,15 +222,14 @@ class Differences(Tabular):
 
     def _shown(self) -> Columns:
         rows = self._few()
-        heads = ("quantity", *self._heads())
-        return {head: [row[place] for row in rows] for place, head in enumerate(heads)}
+        return {head: [row[place] for row in rows] for place, head in enumerate(self._few_heads())}
 
     def __repr__(self) -> str:
         return f"<Differences of {self._names()[0]!r} and {self._names()[1]!r}: {len(self.changed)} quantities>"
 
     def __str__(self) -> str:
         few, lines = self._few(), [f"Differences: {self._names()[0]} and {self._names()[1]}"]
-        lines += [f"  {line}" for line in aligned_lines(("quantity", *self._heads()), few)] if few else []
+        lines += [f"  {line}" for line in aligned_lines(self._few_heads(), few)] if few else []
         lines += [] if few else [f"  {self._nothing()}"]
         lines += [f"  {', '.join(filter(None, (key.file, key.key)))}: {key.a or '–'} -> {key.b or '–'}"
                   for key in self.keys[:MOST_LINES]]  # fmt: skip

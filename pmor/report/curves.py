@@ -71,8 +71,9 @@ def _by_name(
 ) -> dict[tuple[str, str], tuple[FloatArray, FloatArray]]:
     count = len(x)
     loads = columns.get("load", [f"{float(torque):g} N m" for torque in columns.get(LOAD, [])] or [""] * count)
+    kinds = [str(kind).replace("_", " ") for kind in columns.get("curve", [""] * count)]  # run_up
     parts = [", ".join(filter(None, of)) for of in zip(
-        columns.get("part", [""] * count), columns.get("curve", [""] * count), strict=True)]  # fmt: skip
+        columns.get("part", [""] * count), kinds, strict=True)]  # fmt: skip
     names = list(zip(map(str, loads), parts, strict=True))
     found = dict[tuple[str, str], tuple[FloatArray, FloatArray]]()
     for words, values in every.items():
