@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.case import Case
+from pmor.core.keeping import kernels_folder
 from pmor.core.threads import linear_algebra_threads
 from pmor.core.version import __version__
 from pmor.report.chart import Chart
@@ -147,11 +148,13 @@ def page_html(title: str, blocks: Iterable[Block | LiveSection | MotionSection |
 
 def html_template(name: str) -> Template:
     """Return a template of `pmor/report/templates`; values are escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader, StrictUndefined
 
+    folder = kernels_folder()  # templates are compiled as well
     environment = Environment(
         loader=PackageLoader("pmor.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
+        bytecode_cache=None if folder is None else FileSystemBytecodeCache(str(folder)),
     )  # fmt: skip
     environment.filters.update(format_cell=format_cell, unbroken=unbroken, data_uri=data_uri, json_text=_json_text)
     environment.globals.update(dark_rules=dark_rules)
