@@ -85,7 +85,7 @@ def _foretold(name: str, settings: Any) -> str:
     found = None if kind_of_settings(settings) == "campaign" else capabilities.plan_of(settings)
     if found is None or name not in found.seconds:
         return f"{settings.name}: at work ..."
-    once = f", and {format_time(found.compiling_s)} once to compile kernels" if found.compiling_s else ""
+    once = f", and about {format_time(found.compiling_s)} once to compile kernels" if found.compiling_s else ""
     seconds = format_time(found.seconds[name])
     return f"{settings.name}: takes about {seconds} of one core, less where bodies are kept{once} ..."
 

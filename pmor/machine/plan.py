@@ -58,8 +58,9 @@ TRAINING, LOADS = "training", "{} loads"
 # rounds in which mean forces settle; positions that take as long as the flank that fits, of a mesh under a load; page
 # and pictures.
 POSITION_S, SECTIONS_S, PLACED, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 3, 4, 700, 4.0
-# *Measured*: times of a set in a position by itself to one on its shafts, and to one over a turn of its carrier.
-ON_SHAFTS, OVER_A_TURN = 3, 4
+# *Measured*: times of a set in a position by itself to one on its shafts, and to one over a turn of its carrier; rounds
+# there.
+ON_SHAFTS, OVER_A_TURN, TURNED_ROUNDS = 3, 6, 16
 # Of motion: cycles of a mesh about a load, and of what a micrometre of its flanks does; angles of the mean deflection.
 CYCLES, CHANGED, MEAN_DEFLECTION = 4, 32, 32
 
@@ -219,7 +220,7 @@ def _set_pitches_and_seconds(file: GearboxFile, one: SetFile) -> tuple[int, floa
     if one.held == "carrier" or all(bearing.law is None for bearing in file.model.sections.bearings):
         pitches, rounds = one.housed_pitches, ON_SHAFTS * ROUNDS * MEAN_PLACES * MEAN_ANGLES * cycle
     else:
-        pitches, rounds = one.pitches, OVER_A_TURN * (ROUNDS * MEAN_OF_TURN + one.housed_pitches)
+        pitches, rounds = one.pitches, OVER_A_TURN * (TURNED_ROUNDS * MEAN_OF_TURN + one.housed_pitches)
     placed = (angles + ROUNDS * MEAN_ANGLES) * cycle * own.place
     solved = (rounds + ON_SHAFTS * pitches * angles) * own.position
     return pitches, placed + solved + sweep_seconds(one, own, 1, angles)

@@ -118,7 +118,13 @@ def test_the_time_of_a_command_grows_evenly_with_what_is_asked_for(name, tmp_pat
 def test_compilation_is_told_of_while_the_kernels_of_the_case_are_not_kept(monkeypatch):
     monkeypatch.setattr(pmor.work.cost, "is_kept", lambda kernel: kernel is solve_lines)
     assert "compiling kernels, once" not in by_name(paper())
-    assert "compiling kernels, once" in by_name(paper(contact={"scheme": "direct"}))
+    direct = paper(contact={"scheme": "direct"})
+    assert "compiling kernels, once" in by_name(direct)
+    cold = plan_of(direct)
+    monkeypatch.setattr(pmor.work.cost, "is_kept", lambda _: True)
+    warm = plan_of(direct)
+    assert cold.compiling_s > warm.compiling_s == 0.0
+    assert cold.seconds == warm.seconds
 
 
 def test_what_does_not_fit_is_refused_with_number_limit_and_remedy():
