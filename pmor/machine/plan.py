@@ -26,6 +26,7 @@ from pmor.sets.preview import (
     SETTLED,
     STRESS,
     SWEEP,
+    TOLERANCES,
     MotionCost,
     law_seconds,
     motion_page_seconds,
@@ -44,6 +45,7 @@ from pmor.work.cost import (
     START,
     Plan,
     Stage,
+    drawn_seconds,
     left_out_lines,
     loaded_bytes,
     plan_texts,
@@ -169,6 +171,8 @@ def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
         positions = case.repeats_after * (case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES)
         more.append((f"{LOADS.format(loads)}, {name}", loads * positions * placed_seconds(file, name)))
         more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
+        if drawn := drawn_seconds(case, case.online.angles_per_pitch, 1, seconds):
+            more.append((f"{TOLERANCES}, {name}", loads * drawn))
     of_sets = 0
     for name, one in file.model.sets.items():
         for stage in stages_of_set(one):
@@ -178,6 +182,9 @@ def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
                 found.append(replace(stage, name=f"{stage.name}, {name}", memory=stage.memory + held))
             elif stage.name == SWEEP:
                 of_sets += stage.memory - KERNEL_BYTES
+            elif stage.name == TOLERANCES:
+                amounts = len(one.torques_Nm)
+                more.append((f"{TOLERANCES}, {name}", loads * ON_SHAFTS * stage.seconds / amounts))
         pitches, seconds = _set_pitches_and_seconds(file, one)
         more.append((f"{LOADS.format(loads)}, {name}", loads * seconds))
         if stress := set_seconds(one).stress:

@@ -38,7 +38,7 @@ from pmor.work.sizes import pair_size
 # *Measured*, seconds: of a mesh in a position, and of all sections in contact in it to the second power; of a mesh that
 # is placed at an angle; root stress of both gears of a mesh in a position, by its sections; page and pictures.
 POSITION_S, SECTIONS_S, PLACE_S, STRESS_S, PAGE_S = 5e-6, 6e-8, 1.2e-4, 1.4e-4, 3.0
-SWEEP, STRESS, PAGE = "sweep of all meshes", "root stress", "page"
+SWEEP, STRESS, TOLERANCES, PAGE = "sweep of all meshes", "root stress", "tolerances", "page"
 # *Measured*: solutions of flanks that are tried for the verdict; share of a sweep on half as many elements.
 TRIED, COARSE = 70, 0.5
 # *Measured* of motion: seconds of modes of a load, a line at a speed, a mesh in a position between hubs that stand, for
@@ -233,7 +233,7 @@ def stages_of_set(file: SetFile) -> list[Stage]:
     if own.stress:
         found.append(Stage(STRESS, held, file.pitches * in_a_pitch * own.stress))
     if (said := file.sections.tolerances) is not None:
-        found.append(Stage("tolerances", held, said.samples * file.sample_pitches * in_a_pitch * own.position))
+        found.append(Stage(TOLERANCES, held, said.samples * file.sample_pitches * in_a_pitch * own.position))
     if file.pitches * file.angles_per_pitch <= MOST_POSITIONS:
         tried = sweep_seconds(file, own, 1, FEW_ANGLES) + TRIED * file.pitches * FEW_ANGLES * own.position
         found.append(Stage("flanks that are tried", held, tried))

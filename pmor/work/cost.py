@@ -50,8 +50,8 @@ FINITE_ELEMENTS = "finite elements"
 SOLVER_S = 0.15
 FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
 # Full FE of line contact, over the square of the unknowns of a flank: of a position, and so many more before the first.
-# What is read off line loads beside the sweep.
-LINE_ENTRY_S, LINE_START, READINGS_S = 1.1e-7, 6, 1.4
+# What is read off line loads beside the sweep, and of each pair that tolerances draw.
+LINE_ENTRY_S, LINE_START, READINGS_S, DRAWN_S = 1.1e-7, 6, 1.4, 6e-3
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
 START_S, BASIS_S, RESULTS_S, PICTURES_S, PAGE_S = 1.3, 0.7, 0.3, 3.2, 0.4
 # Of line loads with the full FE of line contact, and of trained shapes with that of their scheme.
@@ -124,6 +124,15 @@ def body_seconds(case: Case) -> float:
     return sum(solving_seconds(pair_size(one, pair)) + SOLVER_S for one in cases)
 
 
+def drawn_seconds(case: Case, angles: int, torques: int, position: float) -> float:
+    """Return the time of the pairs that the tolerances of a case draw, each position of so many seconds."""
+    said, teeth = case.tolerances, (case.pair.pinion.teeth, abs(case.pair.wheel.teeth))
+    if said is None:
+        return 0.0
+    pitches = max(case.pitches, max(teeth) if said.of_teeth else 1)
+    return said.samples * (DRAWN_S + pitches * angles * torques * position)
+
+
 def stages(case: Case) -> tuple[Stage, ...]:
     """Return the stages of `pmor run` in their order; where kernels are not compiled yet, that comes first.
 
@@ -171,6 +180,7 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     if case.contact.kind == "line":
         solved, window = (compared + LINE_START) * LINE_ENTRY_S * size.flank**2, 0
         read_s, online = READINGS_S, kept + UNPACKED * basis
+    read_s += drawn_seconds(case, case.online.angles_per_pitch, len(case.online.torques_Nm), reduced_s)
     online += _sweep_bytes(sweep, size.pairs)
     searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
     coarse = coarser(case)
