@@ -17,7 +17,7 @@ from pmor_online.model import reduced_pair
 from tests.support.small_sets import MODULE, SMALL_SET, line_case, planetary, rotations, written_set
 
 TORQUE, ANGLES = 1e5, 3
-COARSE = {"profile_elements": 3, "width_elements": 1}
+COARSE = {"profile_elements": 3, "width_elements": 1, "element": "hex8i"}
 # Of the mean: what rounding leaves of orders that symmetry forbids.
 FORBIDDEN = 1e-8
 TEETH = {"in phase": (18, 18, 54), "one after the other": (17, 22, 61)}
