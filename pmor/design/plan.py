@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from pmor.case import Case
+from pmor.case.tolerances import OF_AXES
 from pmor.case.width import sections_across
 from pmor.core.progress import format_time
 from pmor.design.elements import coarse_design
@@ -30,6 +31,8 @@ COARSE_SHARE = 0.1
 # which each variable moves constraints; variants that are judged on the fewest of fine angles, as drawn, and over
 # scatter, where twice as many as those of the search are the fewest.
 STEPS, BY_QUOTIENTS, BOUND, CONSTRAINED, FINE, FINE_SCATTERED = 40, 8, 0.5, 12, 45, 90
+# *Measured*: times of a draw whose axes are off, which is placed anew, to one whose flanks alone are.
+OFF_AXES = 1.5
 # Flanks with which the whole gearbox is solved anew; laws of a mesh in motion for each of its flanks.
 ANEW, LAWS = 4, 3
 
@@ -129,7 +132,9 @@ def _is_exact(file: DesignFile) -> bool:
 
 def _judgements(file: DesignFile) -> dict[str, float]:
     """Judgements of a variant as drawn under all loads in each stage of a search, about."""
-    design, draws, loads = file.design, _draws(file), len(file.design.load.labels)
+    design, loads = file.design, len(file.design.load.labels)
+    anew = OFF_AXES if any(getattr(design.scatter, key) for key in OF_AXES) else 1.0
+    draws = _draws(file) * (anew if design.scatters else 1.0)
     angles, count = design.search.angles, len(design.variables)
     descents = design.search.descents * draws + (1 < loads <= MOST_SINGLE) + design.scatters
     pairs = math.comb(min(count, MOST_PAIRED), 2)
@@ -143,7 +148,7 @@ def _judgements(file: DesignFile) -> dict[str, float]:
         "fine angles": fine,
         "contours": pairs * min(CONTOUR, math.isqrt(MOST_CONTOURED // max(pairs, 1))) ** 2,
         "torques": over_torque if file.box is None else 0.0,
-        "drawn anew": FRESH * FINER * (1 + design.scatters) if file.scattered else 0.0,
+        "drawn anew": FRESH * FINER * (1 + design.scatters) * anew if file.scattered else 0.0,
     }
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -24,6 +25,17 @@ from pmor.app.records import typed
 
 CASES = Path(__file__).parents[2] / "cases"
 FACTOR = 2.0
+# Copies of other sizes: file, command, and what is changed in the text.
+COPIES = (
+    ("helical_design", "design", {"draws = 32": "draws = 8", "samples = 128": "samples = 32",
+                                  "angles = 24": "angles = 12", "points = 2": "points = 1"}),
+    ("helical_dynamics", "dynamics", {"torques_Nm = [100.0, 200.0]": "torques_Nm = [200.0]"}),
+    ("planetary_campaign", "campaign", {"from = 15, to = 26, steps = 12": "from = 15, to = 26, steps = 6",
+                                        "from = 52, to = 96, steps = 45": "from = 60, to = 81, steps = 22",
+                                        "planets.count = [3, 4, 5]": "planets.count = [3]"}),
+    ("campaign", "campaign", {"from = 51, to = 55, steps = 5": "from = 51, to = 52, steps = 2",
+                              "helix_angle_deg = [0.0, 8.0, 12.0, 16.0]": "helix_angle_deg = [0.0, 12.0]"}),
+)  # fmt: skip
 
 
 def taken_seconds(command: str, file: Path) -> float:
@@ -45,19 +57,20 @@ def _children() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def table(rows: list[tuple[str, str, float, float, str]], machine: str) -> str:
+Row = tuple[str, str, float, float, str]
+
+
+def table(rows: list[Row], machine: str) -> str:
     """Return the table of files, commands, planned and taken seconds, and what was run in Markdown."""
     off = [row for row in rows if not 1.0 / FACTOR <= row[2] / row[3] <= FACTOR]
-    scaled = sum(bool(part) for *_, part in rows)
     lines = [
         "# What `pmor plan` foretells, and what is taken", "",
-        "All shipped files, on one core with compiled kernels and nothing kept; seconds of the processor. Made by "
-        f"`python -m tests.programs.plan_truth parts.json cases/manual/plan.md`. {machine}", "",
-        f"{len(rows) - len(off)} of {len(rows)} are within a factor of two; {scaled} of them from a part of the work, "
-        "scaled.", "",
+        "Shipped files and copies of other sizes, on one core with compiled kernels and nothing kept; seconds of the "
+        "processor. Made by `python -m tests.programs.plan_truth parts.json cases/manual/plan.md`. " + machine, "",
+        f"{len(rows) - len(off)} of {len(rows)} are within a factor of two.", "",
         "| file | command | plan, s | taken, s | plan / taken | run |", "|---|---|---|---|---|---|",
         *(
-            f"| {name} | {typed(command)} | {planned:.1f} | {taken:.1f} | {planned / taken:.2f} | {part or 'whole'} |"
+            f"| {name} | {typed(command)} | {planned:.1f} | {taken:.1f} | {planned / taken:.2f} | {part} |"
             for name, command, planned, taken, part in rows
         ),
     ]  # fmt: skip
@@ -66,19 +79,33 @@ def table(rows: list[tuple[str, str, float, float, str]], machine: str) -> str:
 
 def main(parts: Path, out: Path, names: list[str]) -> None:
     """Measure what is not measured yet, and write the table."""
-    taken = json.loads(parts.read_text()) if parts.exists() else {}
-    rows = []
+    known, rows = json.loads(parts.read_text()) if parts.exists() else {}, list[Row]()
+
+    def add(key: str, command: str, file: Path, planned: float, how: str) -> None:
+        if file.stem in names or (key not in known and not names):
+            known[key] = round(taken_seconds(command, file), 1)
+            parts.write_text(json.dumps(known, indent=1))
+            print(f"{key}: {planned:.1f} s planned, {known[key]:.1f} s taken", file=sys.stderr)
+        if key in known:
+            seconds, part = known[key] if isinstance(known[key], list) else (known[key], how)
+            rows.append((file.stem, command, planned, seconds, part))
+
     for file in sorted(CASES.glob("*.toml")):
         for command, planned in plan_of(pmor.load(file)).seconds.items():
-            key = f"{command} {file.stem}"
-            if file.stem in names or (key not in taken and not names):
-                taken[key] = round(taken_seconds(command, file), 1)
-                parts.write_text(json.dumps(taken, indent=1))
-                print(f"{key}: {planned:.1f} s planned, {taken[key]:.1f} s taken", file=sys.stderr)
-            if key in taken:
-                seconds, part = taken[key] if isinstance(taken[key], list) else (taken[key], "")
-                rows.append((file.stem, command, planned, seconds, part))
-    out.write_text(table(rows, taken.get("", "")), encoding="utf-8")
+            add(f"{command} {file.stem}", command, file, planned, "whole")
+    for name, command, changes in COPIES:
+        with tempfile.TemporaryDirectory() as folder:
+            for one in CASES.glob("*.toml"):
+                shutil.copy(one, folder)
+            file = Path(folder) / f"{name}.toml"
+            text = file.read_text(encoding="utf-8")
+            for words, others in changes.items():
+                assert words in text
+                text = text.replace(words, others)
+            file.write_text(text, encoding="utf-8")
+            planned = plan_of(pmor.load(file)).seconds[command]
+            add(f"{command} {name}, changed", command, file, planned, f"a copy with {', '.join(changes.values())}")
+    out.write_text(table(rows, known.get("", "")), encoding="utf-8")
 
 
 if __name__ == "__main__":
