@@ -20,7 +20,7 @@ from pmor.app import commands
 from pmor.app.records import COMMANDS, MOVED, Command
 from pmor.app.streams import usable_streams
 from pmor.core.errors import OutputError, PmorError, printable
-from pmor.core.memory import memory_limits, memory_text
+from pmor.core.memory import keep_freed_memory, memory_limits, memory_text
 from pmor.core.threads import use_one_thread
 from pmor.core.version import __version__
 from pmor.core.wording import did_you_mean, in_command
@@ -55,6 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(name: str, arguments: dict[str, Any]) -> int:
     try:
         use_one_thread()  # before anything loads numpy
+        keep_freed_memory()
         _refuse_few_addresses()
         getattr(commands, name, partial(commands.answer, name))(**arguments)
         sys.stdout.flush()
