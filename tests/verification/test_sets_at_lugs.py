@@ -112,7 +112,7 @@ def test_a_pitch_later_a_set_is_as_it_is_where_it_is_placed():
 @pytest.mark.slow
 def test_a_set_whose_ring_gives_way_all_around_shares_equally_and_comes_to_one_that_is_held(tmp_path):
     text = SMALL_SET.replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]").replace("torques_Nm = [100.0]", "")
-    found = []
+    text, found = text.replace("hex8i", "hex20"), []
     for stiffness in ('"rigid"', "1e12", "1e7"):
         seats = f"teeth = 54\nseat_radial_N_per_mm = {stiffness}\nseat_tangential_N_per_mm = {stiffness}"
         found.append(pmor.run(written_set(tmp_path, text.replace("teeth = 54", seats))))
