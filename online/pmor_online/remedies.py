@@ -29,8 +29,9 @@ LATEST_START = 95.0
 # Shares of the face, from each end, over which end relief goes.
 LENGTHS = 0.1, 0.25
 LONGEST = 0.4
-# Of K_Hbeta: by which a second amount has to better it.
-HARDLY = 0.01
+# Of K_Hbeta: by which a second amount has to better it; from where the search goes on with so many slopes alone, and a
+# simplex so much smaller.
+HARDLY, LEVEL, SLOPES, FINER = 0.01, 1.1, 15, 0.2
 # A figure has to get better by so much of itself, else there is no advice; worse by so much is told.
 LEAST_GAIN, WORSE = 0.1, 0.05
 # Of a figure under the one load, beside the largest over all.
@@ -57,11 +58,10 @@ def remedy(tried: Tried, key: str, gear: str = "pinion") -> Advice | None:
     gear : str
         Whose helix or end relief is tried.
     """
-    if key in ("ste_peak_to_peak_um", "tip_edge_load_N_per_mm"):
-        found = _for_loads(tried, "ste_peak_to_peak_um", lambda aim: tip_relief(tried, aim))
-        if found is None and key == "tip_edge_load_N_per_mm":
-            found = _for_loads(tried, key, lambda aim: tip_relief(tried, _quiet(tried, aim)))
-        return found
+    if key == "ste_peak_to_peak_um":
+        return _for_loads(tried, key, lambda aim: tip_relief(tried, aim))
+    if key == "tip_edge_load_N_per_mm":
+        return _for_loads(tried, key, lambda aim: tip_relief(tried, _quiet(tried, aim)))
     if not tried.over_width:
         return None
     if key == "k_h_beta":
@@ -120,12 +120,14 @@ def _for_loads(tried: Tried, key: str, search: Callable[[Aim], Trial]) -> Advice
     filed, place = tried.quickly(key, {}, every=True), int(np.count_nonzero(known[:load]))
     whole, found, gains = solved(largest)
     most = np.max(found[key][known])
-    if not gains or most > (1.0 + WORSE) * before[key][known].max() or not _grows(most, np.max(after[key][known])):
+    # It has to be better for the largest, and for the load that the one would make worse.
+    better = _grows(most, np.max(after[key][known])) and _grows(found[key][worst], after[key][worst])
+    if not gains or not better:
         return one
     alone = f"{digits(after[key][load])} by {one.what[:1].lower()}{one.what[1:]}"
-    takes = f"This serves all loads; {one.load} alone would go to {alone}, and {tried.labels[worst]} to "
+    takes = f"{one.load} alone would go to {alone}, and {tried.labels[worst]} to {digits(after[key][worst])}"
     told = advice_of(tried, key, whole, before, found)
-    return replace(told, beside=(*told.beside, f"{takes}{digits(after[key][worst])}."))
+    return replace(told, beside=(*told.beside, f"This is for the largest over all loads; {takes}."))
 
 
 def _quiet(tried: Tried, aim: Aim) -> Aim:
@@ -174,14 +176,25 @@ def helix(tried: Tried, gear: str, aim: Aim) -> Trial:
     low = np.array([base[0] - most, min(0.0, base[-1])][-len(keys) :])
     moves = [(slope, crowning) for slope in (-0.5, 0.0, 0.5) for crowning in (0.0, 0.1)]
     starts = [base + size * np.array(move)[-len(keys) :] for move in dict.fromkeys(m[-len(keys) :] for m in moves)]
+    plain = [np.append(start[:-1], 0.0) for start in starts if base[-1] > 0.0]
     spread = size * np.array([0.4, 0.2])[-len(keys) :]
-    found = least(lambda x: aim(trial(x)), starts, spread, low, base + most, 2 * tried.evaluations)
+    found = least(lambda x: aim(trial(x)), [*starts, *plain], spread, low, base + most, 2 * tried.evaluations)
+    if not aim(trial(found)) < LEVEL and len(keys) > 1:  # a light load carries on a narrow band: its slope alone
+        slopes = [base[:1] + size * share for share in np.linspace(-1.0, 1.0, SLOPES)]
+        slope = least(
+            lambda x: aim(trial(np.append(x, 0.0))), slopes, spread[:1] * FINER, low[:1], base[:1] + most,
+            tried.evaluations,
+        )  # fmt: skip
+        found = min(found, np.append(slope, 0.0), key=lambda x: aim(trial(x)))
     whole = {key: _rounded(value, size) for key, value in zip(keys, found, strict=True)}
     # One amount, where the other one hardly matters.
     fewer = [{gear: {key: whole[key]}} for key in keys] if len(keys) > 1 else []
     best = aim({gear: whole})
     alone = [one for one in fewer if aim(one) < best + HARDLY]
-    return alone[0] if alone else {gear: whole}
+    chosen: Trial = alone[0] if alone else {gear: whole}
+    crowned = [name for name in tried.gears if tried.filed(name).helix_crowning_um > 0.0]
+    plain_flanks = {name: {"helix_crowning_um": 0.0} for name in crowned}
+    return plain_flanks if len(crowned) > 1 and aim(plain_flanks) < aim(chosen) else chosen
 
 
 def end_relief(tried: Tried, gear: str, aim: Aim) -> Trial:
@@ -243,6 +256,9 @@ def advice_of(
         f"{_capital(TABLE[name].symbol)} grows from {_told(name, before[name][load], after[name][load])}."
         for name in WATCHED if name != key and _grows(before[name][load], after[name][load])
     ]  # fmt: skip
+    edges = "tip_edge_load_N_per_mm"
+    if key == "ste_peak_to_peak_um" and after[edges][load] < before[edges][load]:
+        beside.append(f"Load at tip edges goes from {_told(edges, before[edges][load], after[edges][load])}.")
     others = [n for n in np.flatnonzero(np.isfinite(before[key])).tolist() if n != load]
     others.sort(key=lambda number: -_growth(before[key][number], after[key][number]))
     gone = [f"under {tried.labels[n]} from {_told(key, before[key][n], after[key][n])}" for n in others[:MOST_TOLD]]

@@ -46,17 +46,17 @@ class CatalogueBearing:
     Parameters
     ----------
     kind : {"ball", "roller", "needle"}
-        Of its rolling elements.
+        Kind of its rolling elements.
     bore_mm : float
         Diameter of the bore.
     outer_mm : float or None
         Outer diameter; that of a light series without.
     rows : int
-        Of rolling elements.
+        Number of rows of rolling elements.
     contact_angle_deg : float
-        Of balls.
+        Contact angle of balls.
     width_mm : float or None
-        Of the whole bearing; that of a light series without.
+        Width of the whole bearing; that of a light series without.
     """
 
     kind: Literal["ball", "roller", "needle"]

@@ -37,14 +37,14 @@ class BearingRows:
     Parameters
     ----------
     rows : int
-        Of rolling elements.
+        Number of rows of rolling elements.
     row_spacing_mm : float
-        From the middle of one row to that of the next; `at_mm` is the middle of all.
+        Distance from the middle of one row to that of the next; `at_mm` is the middle of all.
     arrangement : {"tandem", "back_to_back", "face_to_face"}
         All rows take thrust along the same way, or two of them each one way: back to back (O) the normals of both
         meet the axis outside of the rows, face to face (X) between them.
     axial_preload_mm : float
-        By how much the inner ring of each row is pushed into the outer one along the axis, beyond where the other keys
+        Way by which the inner ring of each row is pushed into the outer one along the axis, beyond where the other keys
         have it; negative leaves play. It needs a contact angle, whose sign says which way.
     axial_preload_N : float
         The force that pushes it there, in place of the way: that which a row carries where shaft and housing do not

@@ -151,18 +151,18 @@ class RollerBearing(Rollers, BearingRows):
     laminae : int
         Odd, so that one is in the middle.
     logarithmic_profile : bool
-        Of the rollers, after ISO/TS 16281; otherwise cylindrical.
+        Whether rollers have the profile of ISO/TS 16281; otherwise they are cylindrical.
     first_roller_deg : float
         Azimuth of a roller, from y towards z; each further row stands half a pitch on.
     rows : int
-        Of rolling elements.
+        Number of rows of rolling elements.
     row_spacing_mm : float
-        From the middle of one row to that of the next; `at_mm` is the middle of all.
+        Distance from the middle of one row to that of the next; `at_mm` is the middle of all.
     arrangement : {"tandem", "back_to_back", "face_to_face"}
         All rows take thrust along the same way, or two of them each one way: back to back (O) the normals of both
         meet the axis outside of the rows, face to face (X) between them.
     axial_preload_mm : float
-        By how much the inner ring of each row is pushed into the outer one along the axis, beyond where the clearance
+        Way by which the inner ring of each row is pushed into the outer one along the axis, beyond where the clearance
         has it; negative leaves play. It needs a contact angle, whose sign says which way.
     axial_preload_N : float
         The force that pushes it there, in place of the way: what a row carries where shaft and housing do not move.
@@ -220,7 +220,8 @@ class SphericalRollerBearing(Rollers):
     clearance_mm : float
         Radial internal clearance s, from one side to the other; negative is preload.
     contact_angle_deg : float
-        Of the rows, each away from the other one; of a single row as of other bearings, 0 of barrel roller bearings.
+        Contact angle of the rows, each away from the other one; of a single row as of other bearings, 0 of barrel
+        roller bearings.
     laminae : int
         Odd, so that one is in the middle.
     first_roller_deg : float
@@ -228,8 +229,8 @@ class SphericalRollerBearing(Rollers):
     rows : int
         1 or 2: their middles are where both contact angles meet the sphere.
     profile_radius_mm : float or None
-        Of a barrel along its axis, both raceways with the radius of the sphere; None is the logarithmic profile of
-        ISO/TS 16281 against it.
+        Radius of a barrel along its axis, both raceways with the radius of the sphere; None is the logarithmic profile
+        of ISO/TS 16281 against it.
     dynamic_rating_N : float or None
         C of the whole bearing, for its life; None is by its geometry, ISO 281.
     """

@@ -147,9 +147,9 @@ class Workers:
     Parameters
     ----------
     time_limit_s : float
-        For one design: a process without an answer by then is ended.
+        Time for one design: a process without an answer by then is ended.
     memory_GiB : float or None
-        For one process; None is all that there is.
+        Memory for one process; None is all that there is.
     """
 
     time_limit_s: Annotated[float, Range(0.1, 1e6, "s")] = 900.0
@@ -183,9 +183,9 @@ class SetRelations:
     ratio_tolerance_percent : float
         Largest deviation from the ratio; a design beyond is infeasible.
     planet_teeth_fewer : int or None
-        By how much the planet has fewer teeth than half the difference of ring and sun, rounded down.
+        Number by which the planet has fewer teeth than half the difference of ring and sun, rounded down.
     ring_diameter_mm : float or None
-        Of the reference circle of the ring: the module follows.
+        Diameter of the reference circle of the ring: the module follows.
     bore_share : float or None
         Radii of the bores of sun and planet over those of their reference circles.
     centre_distance_mm : float or None

@@ -60,7 +60,7 @@ class BlankCase:
     web_thickness_mm : float or None
         Thickness of the web in mm; as wide as the face it leaves the gear solid. Needed without `web_profile`.
     web_offset_mm : float
-        Of the middle of the web from the middle of the face along z, in mm.
+        Distance of the middle of the web from the middle of the face along z, in mm.
     web_profile : tuple of (float, float, float) or None
         Stepped web, cone or dish, in place of `web_thickness_mm`: `[[radius_mm, from_mm, to_mm], ...]`, z of both faces
         from the middle of the face, at radii that rise from hub to rim; straight between, a step where two are at one
@@ -74,7 +74,7 @@ class BlankCase:
     held_length_mm : float or None
         Length of the bore in mm that is held, as by a shrink fit; None is all of it, as wide as the hub.
     held_offset_mm : float
-        Of the middle of the held length from the middle of the face along z, in mm.
+        Distance of the middle of the held length from the middle of the face along z, in mm.
     stress : bool
         Stress on the faces of the web and at the edges of its holes; under line contact.
     """

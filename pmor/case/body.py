@@ -120,7 +120,7 @@ class BodyCase:
         Hexahedra or tetrahedra, linear or quadratic, of CalculiX or Abaqus (`.inp`), Nastran (`.bdf`, `.nas`, `.fem`),
         Gmsh (`.msh`) or VTK (`.vtk`, `.vtu`), relative to the case; needs `meshio`.
     unit : {"mm", "m", "in"}
-        Of its coordinates.
+        Unit of its coordinates.
     x_axis_deg : float
         Place of its x axis, as `first_deg` of holes.
     """
@@ -152,11 +152,11 @@ class MatrixCase:
         File of numpy (`.npz`): `nodes`, x, y, z in n rows, and `stiffness`, 3 n x 3 n, symmetric, over x, y, z of each
         node; or of Matrix Market (`.mtx`), with nodes in a `.csv` of the same name. Relative to the case.
     unit : {"mm", "m", "in"}
-        Of its coordinates; the stiffness is then in N/mm, N/m or lbf/in.
+        Unit of its coordinates; the stiffness is then in N/mm, N/m or lbf/in.
     x_axis_deg : float
         Place of its x axis, as `first_deg` of holes.
     mass_kg : float
-        Of the body without rim and teeth, kg.
+        Mass of the body without rim and teeth, kg.
     polar_inertia_kg_m2, tilting_inertia_kg_m2 : float
         Its moments of inertia about its axis, and about an axis across it through mid width, kg m2.
     """

@@ -19,7 +19,7 @@ class Timed:
     Parameters
     ----------
     name : str
-        Of the load.
+        Name of the load.
     fraction : float or None
         Share of the operating time: all loads have one, or none has. They add up to 1.
     hours : float or None
@@ -38,11 +38,11 @@ class TimedLoad(Timed):
     Parameters
     ----------
     name : str
-        Of the load.
+        Name of the load.
     torque_Nm : float
         Amount of the torque of `[load]`, or of the first gear of a train; it loads the same flanks.
     speed_rpm : float or None
-        As in `[load]`, whose it is by default.
+        Speed in this load, as in `[load]`, whose it is by default.
     fraction : float or None
         Share of the operating time: all loads have one, or none has. They add up to 1.
     hours : float or None

@@ -43,30 +43,30 @@ class DynamicsCase:
     speed_range_rpm : tuple of float or None
         The same as speeds of the pinion in rpm; None is by the ratio.
     damping_ratio : float
-        Of the mesh: its damping over 2 sqrt(k m), k the mean stiffness, m the mass on the line of action. Literature:
-        0.01 to 0.1; peaks of resonance are inverse to it.
+        Damping ratio of the mesh: its damping over 2 sqrt(k m), k the mean stiffness, m the mass on the line of action.
+        Literature: 0.01 to 0.1; peaks of resonance are inverse to it.
     mesh_damping_N_s_mm : float or None
         Damping of the mesh in N s/mm; None is by the ratio.
     backlash_um : float or None
-        Along the transverse line of action, um: so far apart the coast flanks touch. None is that of the drawing, by
-        tooth thicknesses and centre distance; where the drawing has none, coast flanks are left out.
+        Backlash along the transverse line of action, um: so far apart the coast flanks touch. None is that of the
+        drawing, by tooth thicknesses and centre distance; where the drawing has none, coast flanks are left out.
     density_kg_m3 : float
-        Of both gears, in kg/m3: for their mass, here and on the data sheet.
+        Density of both gears, in kg/m3: for their mass, here and on the data sheet.
     pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None
         Polar moment of inertia of a gear in kg m2; None is that of its blank as drawn, from its bore to its reference
         diameter.
     pinion_shaft_inertia_kg_m2, wheel_shaft_inertia_kg_m2 : float
-        Of all that turns with a gear beside it, in kg m2.
+        Inertia of all that turns with a gear beside it, in kg m2.
     pinion_mass_kg, wheel_mass_kg : float or None
         Mass of a gear and of all that moves with it on its bearings, in kg; None is as drawn.
     pinion_bearing_stiffness_N_um, wheel_bearing_stiffness_N_um : tuple of float or None
-        Of the bearings of a gear together, by direction, in N/um; None is rigid.
+        Stiffness of the bearings of a gear together, by direction, in N/um; None is rigid.
     pinion_bearing_damping_N_s_mm, wheel_bearing_damping_N_s_mm : tuple of float or None
         Likewise, in N s/mm; None is by the ratio below.
     pinion_tilting_stiffness_kNm_rad, wheel_tilting_stiffness_kNm_rad : tuple of float or None
         About x and y, in kN m/rad; None is rigid.
     bearing_damping_ratio : float
-        Of each gear on its bearings alone, in each direction.
+        Damping ratio of each gear on its bearings alone, in each direction.
     run_cycles : int
         Mesh cycles of the run-up, and of the run-down, integrated over time with evenly changing speed; 0: none.
     accuracy_grade : int

@@ -51,7 +51,8 @@ class LugsCase:
     lugs : int or None
         Number of lugs, evenly around the axis.
     at_deg : tuple of float
-        In its place the middles of lugs or bolts, in degrees from `first_deg` on: teeth then differ over a whole turn.
+        Middles of lugs or bolts, in place of their number,, in degrees from `first_deg` on: teeth then differ over a
+        whole turn.
     lug_deg : float
         Angle in degrees that each of them takes of the outside.
     first_deg : float
@@ -121,7 +122,7 @@ class GearCase:
         Whether the gear is of one piece with a solid shaft as thick as its bore: the mean motion of the bore is then
         the shaft's.
     rim_thickness_mm : float or None
-        Of a ring, in mm: from its root circle to its outside.
+        Thickness of a ring from its root circle to its outside, in mm.
     held : {"outside"} or LugsCase
         Where a ring is held: all over its outside, or at lugs alone, as in held = {lugs = 8, lug_deg = 10.0}.
     seat_radial_N_per_mm : float, "rigid" or "free"
@@ -132,16 +133,17 @@ class GearCase:
     face_width_mm : float or None
         Face width in mm; None is that of the pair.
     face_offset_mm : float
-        Along the axis, from the middle of the pair to the middle of this gear's face, in mm.
+        Way along the axis from the middle of the pair to the middle of this gear's face, in mm.
     tip_rounding_mm : float
         Radius in mm of the rounded edge between flank and tip; in line contact.
     tip_chamfer_mm : float
         Height in mm, along the radius, that a chamfer takes off the flank at its tip; in line contact.
     tip_shortening_mm : float
-        By which the tip circle's radius is less than addendum and profile shift make it, in mm: -k m_n of ISO 21771.
+        Length by which the tip circle's radius is less than addendum and profile shift make it, in mm: -k m_n of
+        ISO 21771.
     tooth_thickness_allowance_um : tuple of float
-        Of the normal tooth thickness at the reference cylinder, in um, negative: one, or the lower and the upper one,
-        whose mean is solved. The rack cuts deeper for it.
+        Allowance of the normal tooth thickness at the reference cylinder, in um, negative: one, or the lower and the
+        upper one, whose mean is solved. The rack cuts deeper for it.
     youngs_modulus_GPa : float
         Young's modulus in GPa.
     poisson_ratio : float

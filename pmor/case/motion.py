@@ -55,7 +55,8 @@ class Motion:
     highest_frequency_Hz : float
         Lines above it are left out; shafts bend as they do up to there, and modes go to twice as much.
     damping_ratio : float
-        Of each mode. Peaks are inverse to it, and no calculation gives it; gearboxes are found between 0.01 and 0.07.
+        Damping ratio of each mode. Peaks are inverse to it, and no calculation gives it; gearboxes are found between
+        0.01 and 0.07.
     mesh_stiffness : {"varying", "mean"}
         "varying" over the mesh cycle; "mean" is the usual simplification, which stands beside it anyway.
     motion : {"linear", "nonlinear"}

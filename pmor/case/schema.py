@@ -214,7 +214,7 @@ class OutputCase:
     live_page : bool
         The page solves the pair anew as its reader changes flanks, load and axes, on the whole width.
     format : tuple of {"png", "svg", "pdf"}
-        Of the picture files; the page holds SVG.
+        Format of the picture files; the page holds SVG.
     """
 
     plots: bool = True

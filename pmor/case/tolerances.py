@@ -30,11 +30,11 @@ class PairTolerances:
     Parameters
     ----------
     profile_slope_um, profile_crowning_um, helix_slope_um, helix_crowning_um : float
-        Of these amounts.
+        Standard deviation of the amount of this name.
     pitch_deviations_um : float
-        Of each tooth's flank. Samples are then solved over a turn of the larger gear.
+        Standard deviation of each tooth's flank. Samples are then solved over a turn of the larger gear.
     in_plane_um, out_of_plane_um, centre_distance_um : float
-        Of the axes.
+        Standard deviation of the place of the wheel's axis.
     flank_tolerance_class : int or None
         Flank tolerance class of ISO 1328-1:2013 to which both gears are made, besides: each drawn gear has the largest
         deviations of pitch, slopes and form that the class allows, f_pT, F_pT, f_HalphaT, f_HbetaT, f_falphaT and
@@ -46,7 +46,7 @@ class PairTolerances:
     samples : int
         Pairs that are drawn.
     seed : int
-        Of the draws: the same one draws the same pairs.
+        Seed of the draws: the same one draws the same pairs.
     """
 
     profile_slope_um: Amount = 0.0

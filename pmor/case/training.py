@@ -22,12 +22,13 @@ class ReductionCase:
         and torque (the paper). `pod`: the same as modes at each position. `global_pod`: modes for all positions.
         `static_modes`: unit forces on all flank nodes: exact, untrained, most unknowns.
     interpolation : {"linear", "cubic"}
-        Of shapes at positions and of modes (`pod`), over the roll position. The others are not interpolated.
+        Interpolation of shapes at positions and of modes (`pod`), over the roll position. The others are not
+        interpolated.
     pod_tolerance : float
         Share of the energy of the snapshots that POD may discard.
     distribution_tolerance : float
-        Of flank lines: a further load distribution over the width is kept where it carries more than this share of the
-        first one's forces. Smaller for misaligned axes.
+        Tolerance of flank lines: a further load distribution over the width is kept where it carries more than this
+        share of the first one's forces. Smaller for misaligned axes.
     error_estimate : bool
         Keep the data of an error bar of every online result in the basis. Line loads need none.
     """

@@ -52,9 +52,9 @@ class Variable:
     flank : {"both", "drive", "coast"}
         Section `modification`, `coast_modification`, or the same value in both.
     range : tuple of float
-        From the lowest to the highest value, in the unit of the key.
+        Lowest and highest value, in the unit of the key.
     step : float or None
-        Of manufacture: values are the lowest one plus whole steps; None is any value.
+        Step of manufacture: values are the lowest one plus whole steps; None is any value.
     """
 
     key: VariableKey
@@ -88,8 +88,8 @@ class Load:
     Parameters
     ----------
     torques_Nm : tuple of float
-        On the pinion; by default those of the sweep of the case. Of a set, amounts of the torque of its file; by
-        default that one and those of its sweep.
+        Torques on the pinion; by default those of the sweep of the case. Of a set, amounts of the torque of its file;
+        by default that one and those of its sweep.
     names : tuple of str
         Load cases of the gearbox in the place of torques; by default all that carry on the same flanks as its first.
     weights : tuple of float
@@ -127,8 +127,8 @@ class Goal:
         the meshes. `k_gamma`: mesh load factor of a set. Of a gearbox in motion `mesh_force_N`, `bearing_force_N`,
         `radiated_power_mW` (`[motion]`).
     meshes : str
-        Of several meshes of a gearbox: `sum` of the result over them, `worst`, the largest one, or that of the mesh
-        with this name.
+        What counts of several meshes of a gearbox: `sum` of the result over them, `worst`, the largest one, or that of
+        the mesh with this name.
     value : {"nominal", "expected", "percentile_95"}
         Without scatter; mean over it, or 95 % quantile. Constraints are on the same value.
     """
@@ -165,9 +165,9 @@ class Constraint:
         largest line load at the edge of a tip, 0 keeps it clear; `root_stress_MPa`: largest principal stress at the
         roots. Of a set the largest of all meshes.
     mesh : str or None
-        Of a gearbox the mesh that it is of; None is the largest of all.
+        Mesh of a gearbox that it is of; None is the largest of all.
     at_most : float
-        In the unit of the result.
+        Limit in the unit of the result.
     """
 
     result: ResultKey
@@ -190,9 +190,9 @@ class InMotion:
     Parameters
     ----------
     bearing : str or None
-        Of the gearbox; None is the one that the mesh loads most.
+        Bearing of the gearbox; None is the one that the mesh loads most.
     percentile : float
-        Over the speeds: 100 is the largest.
+        Percentile over the speeds: 100 is the largest.
     speeds : int
         Number of speeds over the range.
     """
@@ -212,13 +212,13 @@ class Scatter:
     Parameters
     ----------
     tip_relief_um, root_relief_um, profile_crowning_um, profile_slope_um : float
-        Of amounts, um.
+        Tolerance of the amount of this name, um.
     helix_crowning_um, helix_slope_um, end_relief_um, twist_um : float
-        Of amounts, um.
+        Tolerance of the amount of this name, um.
     tip_relief_start_roll_deg, root_relief_end_roll_deg : float
-        Of where reliefs start and end, degrees, where a roll angle says it.
+        Tolerance of where reliefs start and end, degrees, where a roll angle says it.
     in_plane_um, out_of_plane_um, centre_distance_um : float
-        Of the axes, um.
+        Tolerance of the place of the axes, um.
     draws : int
         Pairs or sets that are drawn, the same for all variants.
     """
@@ -296,11 +296,11 @@ class Design:
     case : str
         Case file, relative to this one.
     gearbox : str
-        In the place of a case: a gearbox file, TOML or REXS, relative to this one.
+        Gearbox file in place of a case, TOML or REXS, relative to this one.
     mesh : tuple of str
         Meshes of the gearbox that are designed together, on what their hubs stand on under each load; without it all.
     set : str
-        In the place of a case: a set file, TOML or REXS, relative to this one, whose members are designed.
+        Set file in place of a case, TOML or REXS, relative to this one, whose members are designed.
     variables : tuple of Variable
     load, objective, constraints, motion, scatter, search, pareto
         One dataclass per section of the file.

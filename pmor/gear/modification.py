@@ -71,10 +71,10 @@ class Wave:
     amplitude_um : float
         Half of the height from valley to crest, in um.
     phase_deg : float
-        At roll angle 0 of the first tooth, at the gear's own mid width, in degrees of the wave.
+        Phase at roll angle 0 of the first tooth, at the gear's own mid width, in degrees of the wave.
     helix_phase_deg : float
-        By how much the phase grows from the face with the smaller z to the other at the same roll angle, in degrees of
-        the wave. 0: crests stand across the face at one roll angle.
+        Amount by which the phase grows from the face with the smaller z to the other at the same roll angle, in degrees
+        of the wave. 0: crests stand across the face at one roll angle.
     """
 
     count: Annotated[int, Range(1, 100_000)]
@@ -95,7 +95,7 @@ class Modification:
     Parameters
     ----------
     tip_relief_um : float
-        At the tip circle, in um.
+        Amount of tip relief at the tip circle, in um.
     tip_relief_start_roll_deg : float or None
         Roll angle at which tip relief starts, in degrees.
     tip_relief_start_roll_length_mm : float or None
@@ -110,7 +110,7 @@ class Modification:
     tip_relief_shape : {"linear", "parabolic"}
         How tip relief E grows: with x or with x^2, where x goes from 0 at the start to 1 at the tip circle.
     root_relief_um : float
-        At the start of the active profile, in um.
+        Amount of root relief at the start of the active profile, in um.
     root_relief_end_roll_deg : float or None
         Roll angle at which root relief ends, in degrees.
     root_relief_end_roll_length_mm : float or None
@@ -124,29 +124,30 @@ class Modification:
     root_relief_shape : {"linear", "parabolic"}
         How root relief grows from there towards the root.
     profile_crowning_um : float
-        At both ends of the active profile, in um: a parabola, 0 at its middle (in roll angle).
+        Profile crowning at both ends of the active profile, in um: a parabola, 0 at its middle (in roll angle).
     profile_slope_um : float
-        From the start of the active profile to its end, in um: a straight line, half of it at the tip, minus half at
-        the start.
+        Profile slope from the start of the active profile to its end, in um: a straight line, half of it at the tip,
+        minus half at the start.
     helix_crowning_um : float
-        At both faces, in um: a parabola, 0 at the gear's own mid width.
+        Helix crowning at both faces, in um: a parabola, 0 at the gear's own mid width.
     helix_slope_um : float
-        From face to face, in um: a straight line, half of it at the face with the larger z, minus half at the other.
+        Helix slope from face to face, in um: a straight line, half of it at the face with the larger z, minus half at
+        the other.
     end_relief_um : float
-        At both faces, in um: a straight line to 0 at the length below.
+        End relief at both faces, in um: a straight line to 0 at the length below.
     end_relief_length_mm : float or None
         How far end relief reaches from each face, in mm; needed with `end_relief_um`.
     twist_um : float
-        By which the helix slope at the end of the active profile exceeds the one at its start, in um: a quarter of it
-        in two corners of the active flank, minus that in the others.
+        Difference of the helix slope at the end of the active profile from the one at its start, in um: a quarter of
+        it in two corners of the active flank, minus that in the others.
     topography : Topography or None
         Amounts on a grid; in a case file a CSV file beside it: z in mm from the gear's own mid width in the first row,
         roll angles in degrees in the first column, amounts in um. Where teeth differ: a list of such files, one for
         each tooth, or one file whose corner says ``tooth`` and whose first column has the number of the tooth, from 1
         on, before the roll angle; teeth follow as those of pitch deviations.
     pitch_deviations_um : tuple of float
-        Of each tooth's flank, in um, counter-clockwise, the tooth on the line of centres at pinion angle 0 first. They
-        count from their median.
+        Pitch deviation of each tooth's flank, in um, counter-clockwise, the tooth on the line of centres at pinion
+        angle 0 first. They count from their median.
     waves : tuple of Wave
         Waves around the gear.
     """

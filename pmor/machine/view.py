@@ -15,7 +15,7 @@ from pmor.machine.figures import exaggeration, size_of
 from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.model import GearboxModel
 from pmor.report.chart import COLOURS
-from pmor.report.style import new_figure, plot_style
+from pmor.report.style import MIDDLE, new_figure, plot_style, see_through
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,6 +75,7 @@ def machine_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
         _draw_axes(axes, drawn.camera)
         figure.colorbar(scale, ax=axes, label="displacement, without twist [µm]", shrink=0.6)
         figure.suptitle(f"{solved.load.name}: displacements {factor:g} times as large", fontsize=11)
+        see_through(figure)
     return figure
 
 
@@ -160,5 +161,5 @@ def _draw_axes(axes: Axes, camera: FloatArray) -> None:
     length = CORNER * (high - low)
     for name, (across, up) in zip("xyz", camera[:2].T, strict=True):
         tip = left + length * across, low + length * up
-        axes.annotate("", tip, (left, low), arrowprops={"arrowstyle": "->", "color": "#555555"}, annotation_clip=False)
+        axes.annotate("", tip, (left, low), arrowprops={"arrowstyle": "->", "color": MIDDLE}, annotation_clip=False)
         axes.text(left + 1.25 * length * across, low + 1.25 * length * up, name, ha="center", va="center")

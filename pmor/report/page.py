@@ -85,6 +85,10 @@ class Picture:
                 self.drawn[picture_format] = picture_bytes(_by_matplotlib(self.figure), picture_format)
         return self.drawn[picture_format]
 
+    def clear(self) -> bool:
+        """Whether it has no ground of its own."""
+        return not isinstance(self.figure, Chart) and self.figure.patch.get_alpha() == 0.0
+
     def several(self) -> bool:
         """Whether a chart has more than one panel."""
         return isinstance(self.figure, Chart) and sum(panel.shown for panel in self.figure.panels) > 1

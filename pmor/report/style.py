@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 # Colours of a PNG's palette.
 PALETTE = 256
+# Of words that are read on light and on dark pages: its contrast is 4 on either.
+MIDDLE = "#78838e"
 
 # Without dates, so that the same results make the same files.
 UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
@@ -89,6 +91,17 @@ def new_figure(width_in: float = 7.2, height_in: float = 4.2) -> Figure:
     return figure
 
 
+def see_through(figure: Figure) -> None:
+    """Take the ground of a figure off, with words that are read on light and on dark pages."""
+    from matplotlib.text import Text
+
+    figure.patch.set_alpha(0.0)
+    for axes in figure.axes:
+        axes.tick_params(colors=MIDDLE)
+    for text in figure.findobj(Text):
+        text.set_color(MIDDLE)
+
+
 def legend_label(text: str) -> str:
     """Return a user's text as a label; matplotlib would leave one that begins with an underscore out of the legend."""
     return f" {text}" if text.startswith("_") else text
@@ -125,15 +138,23 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
 
 
 def _small_png(pixels: Any, dpi: float) -> bytes:
-    """Return a picture with a palette, which takes at most a third of the bytes of true colour."""
+    """Return a picture with a palette, which takes at most a third of the bytes of true colour.
+
+    A palette knows clear and opaque alone: what is in between stands on the colour of the words.
+    """
     from PIL import Image  # comes with matplotlib
 
-    small = io.BytesIO()
+    share, small = pixels[..., 3:] / 255.0, io.BytesIO()
+    clear, options = pixels[..., 3] == 0, dict[str, Any](format="png", dpi=(dpi, dpi))
+    ground = np.array([int(MIDDLE[at : at + 2], 16) for at in (1, 3, 5)])
+    opaque = np.where(share == 1.0, pixels[..., :3], share * pixels[..., :3] + (1.0 - share) * ground).astype(np.uint8)
     # The other methods drop colours of scales that few pixels have.
-    palette = (
-        Image.fromarray(pixels).convert("RGB").quantize(PALETTE, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-    )
-    palette.save(small, format="png", dpi=(dpi, dpi))
+    count = PALETTE - int(clear.any())
+    found = Image.fromarray(opaque).quantize(count, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    if clear.any():
+        found.paste(PALETTE - 1, mask=Image.fromarray(clear))
+        options["transparency"] = PALETTE - 1
+    found.save(small, **options)
     return small.getvalue()
 
 

@@ -135,6 +135,8 @@ JUDGED: Mapping[str, Judged] = {
 
 #: whose remedies are tried before others: relief that is found on flanks askew does not fit true ones
 BEFORE_OTHERS = ("k_gamma", "k_h_beta")
+#: that have one remedy
+BY_TIP_RELIEF = {"ste_peak_to_peak_um", "tip_edge_load_N_per_mm"}
 NONE_GOOD = "None of the figures that are judged is within its limit."
 #: those that are told where they are good
 PRAISED = ("k_gamma", "k_h_beta", "ste_peak_to_peak_um", "tip_edge_load_N_per_mm")
@@ -179,6 +181,8 @@ def verdict_of(
     told = " ".join([_told(bad), *wrong])
     first, unhelped = None, list[str]()
     for one in sorted(bad, key=lambda one: (*BEFORE_OTHERS, one.key).index(one.key)):
+        if first is not None and {first.figure, one.key} <= BY_TIP_RELIEF:
+            continue
         answer = tried(one, first)
         if not isinstance(answer, Advice):
             unhelped.append(answer or f"no change that was tried betters {TABLE[one.key].symbol} by a tenth")

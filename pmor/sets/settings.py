@@ -53,8 +53,8 @@ class Planets:
     second_z_mm : float or None
         Mid width of `[second_planet]`, and of the ring, from that of `[planet]` along z; by default beside it.
     timing_mrad : tuple of float
-        By how much the second gear of each stepped planet is ahead on the shaft, in the sense in which the torque turns
-        the planet.
+        Angle by which the second gear of each stepped planet is ahead on the shaft, in the sense in which the torque
+        turns the planet.
     """
 
     count: Annotated[int, ranges.Range(1, 24)] = 3

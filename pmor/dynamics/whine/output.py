@@ -198,6 +198,7 @@ def whine_verdict(data: Data) -> list[Verdict]:
         return [Verdict(good, " ".join(bad), f"No flank that was tried moves the force of {bearing}.")]
     best = max(rows, key=lambda row: abs(float(row["force_N"][bearing])))
     change, words = float(best["force_N"][bearing]), parameter_words(best["parameter"]).removesuffix(" [µm]")
+    words = words[:1].lower() + words[1:]
     speed = load["micrometre_targets"][f"{bearing}, {best['mesh']}"]
     way = "less" if change > 0.0 else "more"
     text = (

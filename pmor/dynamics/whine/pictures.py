@@ -25,7 +25,7 @@ from pmor.machine.set_frame import MEMBERS, set_frame
 from pmor.machine.settings import GearboxSections, PlanetarySet
 from pmor.machine.view import COARSE, Drawing, colour_scale, draw, drawing
 from pmor.machine.vtkhdf import write_bodies
-from pmor.report.style import new_figure, plot_style
+from pmor.report.style import new_figure, plot_style, see_through
 from pmor.sets.loader import SetFile
 
 if TYPE_CHECKING:
@@ -112,6 +112,7 @@ def modes_figure(file: GearboxFile | SetFile, response: LoadResponse, numbers: S
         for axes in panels[len(numbers) :]:
             axes.set_visible(False)
         figure.colorbar(scale, ax=list(panels), label="displacement over the largest [-]", shrink=0.6)
+        see_through(figure)
     return figure
 
 

@@ -38,7 +38,7 @@ class QuietMesh:
     bearing : str or None
         Whose force counts; None is the most loaded.
     percentile : float
-        Over the speeds: 100 is the largest.
+        Percentile over the speeds: 100 is the largest.
     """
 
     response: LoadResponse

@@ -184,9 +184,9 @@ class QuickSettings:
     Parameters
     ----------
     cells : tuple of Cell
-        In the place of those of the grid.
+        Cells in place of those of the grid.
     meshes : tuple of ReferenceMesh
-        Of the reference, coarsest first.
+        Meshes of the reference, coarsest first.
     """
 
     cells: tuple[Cell, ...]

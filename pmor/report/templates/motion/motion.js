@@ -120,10 +120,19 @@ function spectrumPlot(data, load, found, reading, colourOf) {
   const high = 10 ** Math.ceil(Math.log10(extent.largest)), low = high * 10 ** -DECADES;
   const label = `Spectrum at the chosen speed, ${shortNumber(found.total)} N in all`;
   return frame({ x: [0, highest], y: [low, high], logarithmic: true, label, xLabel: "frequency, Hz", yLabel: "force, rms, N" },
-    (px, py) => found.lines.filter(({ force, frequency }) => force > low && frequency < highest).flatMap(({ frequency, force, source, name }) => [
-      svgElement("line", { class: "stem", stroke: colourOf(source), x1: px(frequency), x2: px(frequency), y1: py(low), y2: py(force) }),
-      svgElement("text", { class: "tick", x: px(frequency), y: py(force) - 4, "text-anchor": "middle", fill: colourOf(source) }, name),
-    ]));
+    (px, py) => {
+      // Names of the largest lines, as far as they do not cover each other.
+      const named = [], free = (x, y) => named.every(other => Math.abs(other.x - x) > 66 || Math.abs(other.y - y) > 11);
+      const shown = found.lines.filter(({ force, frequency }) => force > low && frequency < highest);
+      return [...shown].sort((a, b) => b.force - a.force).flatMap(({ frequency, force, source, name }) => {
+        const x = px(frequency), y = py(force), fits = free(x, y);
+        if (fits) named.push({ x, y });
+        return [
+          svgElement("line", { class: "stem", stroke: colourOf(source), x1: x, x2: x, y1: py(low), y2: y }),
+          ...fits ? [svgElement("text", { class: "tick", x, y: y - 4, "text-anchor": "middle", fill: colourOf(source) }, name)] : [],
+        ];
+      });
+    });
 }
 
 // The frequency is logarithmic where lines of fast shafts would hide those of slow ones.
