@@ -2,7 +2,7 @@
 
     python -m tests.programs.gallery_page FOLDER
 
-FOLDER holds the results of the commands of `PAGES`. Chromium takes the pictures.
+FOLDER holds the results of commands of `PAGES`; pages of others keep their pictures. Chromium takes them.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ PAGES = {
     "gearbox": "pmor run cases/two_stage_gearbox.toml",
     "motion": "pmor dynamics cases/osu_dynamics.toml",
     "design": "pmor design cases/osu_design.toml",
+    "campaign": "pmor campaign cases/planetary_campaign.toml",
 }
 # Of a screen, px, and by how much a picture of the gallery is smaller; phones are shown in a frame of the page.
 SCREENS, SHARE, QUALITY = ((1400, 2000), (390, 2000)), 0.36, 45
@@ -49,21 +50,24 @@ def shown(page: Path, width: int, height: int, dark: bool) -> Image.Image:
             return picture.convert("RGB").crop((0, 0, width, height))
 
 
+def picture_of(page: Path) -> Image.Image:
+    """Return a page on all screens, light and dark, beside each other."""
+    views = [shown(page, *screen, dark) for screen in SCREENS for dark in (False, True)]
+    whole = Image.new("RGB", (sum(view.width + GAP_PX for view in views), views[0].height), "#888888")
+    left = 0
+    for view in views:
+        whole.paste(view, (left, 0))
+        left += view.width + GAP_PX
+    return whole.resize((round(SHARE * whole.width), round(SHARE * whole.height)))
+
+
 def main() -> None:
     """Write `gallery_KIND.webp` of each page that there is, and `gallery.md`."""
     parts = [HEAD]
     for kind, command in PAGES.items():
         page = (Path(sys.argv[1]) / kind / "report.html").resolve()
-        if not page.exists():
-            continue
-        views = [shown(page, *screen, dark) for screen in SCREENS for dark in (False, True)]
-        whole = Image.new("RGB", (sum(view.width + GAP_PX for view in views), views[0].height), "#888888")
-        left = 0
-        for view in views:
-            whole.paste(view, (left, 0))
-            left += view.width + GAP_PX
-        small = whole.resize((round(SHARE * whole.width), round(SHARE * whole.height)))
-        small.save(MANUAL / f"gallery_{kind}.webp", quality=QUALITY)
+        if page.exists():
+            picture_of(page).save(MANUAL / f"gallery_{kind}.webp", quality=QUALITY)
         parts.append(f"## {kind.capitalize()}\n\n`{command}`\n\n![Page of a {kind}](gallery_{kind}.webp)\n")
     (MANUAL / "gallery.md").write_text("\n".join(parts) + LAST, encoding="utf-8")
 
