@@ -15,6 +15,7 @@ stopped. Without, `write` of the result leaves the files. Its ``failures``, or `
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from pmor.app.records import COMMANDS, KINDS, called, kind_of, kind_of_settings, settings_for, typed
-from pmor.core.errors import CaseError, OutputError
+from pmor.core.errors import CaseError, OutputError, Stopped
 from pmor.core.progress import Steps, format_time, quietly
 from pmor.core.threads import one_thread
 from pmor.core.wording import suggesting, typed_out
@@ -66,8 +67,14 @@ def answered(
 ) -> Any:  # fmt: skip
     """Answer what a command asks of settings, and write it once the threads have ended: beside them no other draws."""
     run = called(COMMANDS[name].answers[kind_of_settings(settings)])
-    with workers as executor:
-        result = run(settings, folder=folder, overwrite=overwrite, executor=executor, **options)
+    try:
+        with workers as executor:
+            result = run(settings, folder=folder, overwrite=overwrite, executor=executor, **options)
+    except Stopped as stopped:  # what is solved has its page
+        if folder is not None:
+            logging.getLogger("pmor").info("interrupted: the page of what is solved is written first ...")
+            stopped.result.write(folder, overwrite=overwrite)
+        raise
     if folder is not None:
         result.write(folder, overwrite=overwrite)
     return result

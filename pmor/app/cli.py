@@ -34,7 +34,7 @@ OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
 RESUME_HINT = "the same command with --resume goes on where it stopped"
 PIECES_HINT = "finished pieces are kept; the same command goes on where it stopped"
 SMALLER = "lower the elements, the angles or the torques of the case"
-USUAL_HINT = "no file was left half written; the same command starts again"
+USUAL_HINT = "no file was left half written; the same command starts again, with the bodies that are solved"
 
 
 def main(argv: Sequence[str] | None = None) -> int:

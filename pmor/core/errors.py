@@ -5,6 +5,7 @@ the program and keeps its traceback.
 """
 
 from collections.abc import Iterable
+from typing import Any
 
 
 def printable(text: str) -> str:
@@ -40,6 +41,20 @@ class FileFormatError(PmorError):
 
 class OutputError(PmorError):
     """A result cannot be written."""
+
+
+class Stopped(KeyboardInterrupt):
+    """Work that was interrupted after a part of it was done.
+
+    Parameters
+    ----------
+    result : object
+        Of that part; it can `write` itself into a folder.
+    """
+
+    def __init__(self, result: Any) -> None:
+        super().__init__()
+        self.result = result
 
 
 class ExternalProgramError(PmorError):

@@ -24,7 +24,7 @@ from pmor.design.settings import Constraint, Design
 from pmor.design.settings import Search as SearchSettings
 from pmor.design.variables import SEED, limits, neighbours, spread_evenly
 from pmor.design.variants import AGREE, Found, Store, Variants, all_kept, apart, as_data, from_data, together
-from pmor.work.pace import LOG
+from pmor.work.pace import LOG, Beat
 from pmor.work.pieces import Piece, Result, run_pieces
 
 # Positions that a chunk of samples solves at least: a quarter of a second, so that threads share them out.
@@ -85,7 +85,7 @@ class Search:
         # Settings that results depend on beside the cases; titles do not count, nor the names of files.
         around = self.file.around if around is None else around
         self.settings = asdict(replace(self.design, title="", case="", gearbox=around, set=""))
-        self._begin, self._told = time.perf_counter(), Judgements()
+        self._begin, self._told, self._beat = time.perf_counter(), Judgements(), Beat()
         # Finished pieces and reasons of those that stopped, by name: a stage may ask for those of an earlier one.
         self._known: dict[str, Result] = {}
         self._stopped: dict[str, str] = {}
@@ -325,7 +325,7 @@ class Search:
         missing = {piece.name: piece for piece in pieces if piece.name not in {*self._known, *self._stopped}}
         done, failures = run_pieces(
             list(missing.values()), self.folder, executor=self.executor, progress=self.progress,
-            what=f"pieces of {what}",
+            what=f"pieces of {what}", beat=self._beat,
         )  # fmt: skip
         self._known |= done
         self._stopped |= zip((name for name in missing if name not in done), failures, strict=True)

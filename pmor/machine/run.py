@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case.capability import refuse_beyond
-from pmor.core.errors import ConvergenceError
+from pmor.core.errors import ConvergenceError, Stopped
 from pmor.core.progress import Progress, quietly, stage
 from pmor.core.threads import in_order
 from pmor.gear.condition import Condition
@@ -92,19 +92,26 @@ def solved(
     seconds = dict[str, float]()
     with _timed(seconds, "finite elements"):
         trained, trains = meshes_and_trains(file, kept, executor)
-    loads, failures = solved_loads(file, trained, trains, executor, step, seconds)
-    with _timed(seconds, "tolerances"):
-        loads = tuple(with_samples(load, trained, file.angles_per_pitch, executor) for load in loads)
-    failures += tuple(text for load in loads for text in lost_within_tolerances(load))
-    pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
-    with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
-        fits = fit_meshes(file.model, loads, pairs)
+    so_far = list[SolvedLoad]()
+    try:
+        loads, failures = solved_loads(file, trained, trains, executor, step, seconds, so_far)
+        with _timed(seconds, "tolerances"):
+            loads = tuple(with_samples(load, trained, file.angles_per_pitch, executor) for load in loads)
+        failures += tuple(text for load in loads for text in lost_within_tolerances(load))
+        pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
+        with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
+            fits = fit_meshes(file.model, loads, pairs)
+    except KeyboardInterrupt:
+        if so_far:
+            raise Stopped(_interrupted(file, so_far, trained, trains, executor)) from None
+        raise
     return GearboxResult(file, loads, failures, fits, trained, seconds)
 
 
 def solved_loads(
     file: GearboxFile, trained: Mapping[str, ReducedPair], trains: Trains, executor: Executor | None = None,
     step: Callable[[int], None] = quietly, seconds: dict[str, float] | None = None,
+    so_far: list[SolvedLoad] | None = None,
 ) -> tuple[tuple[SolvedLoad, ...], tuple[str, ...]]:  # fmt: skip
     """Solve all loads of a gearbox that have an equilibrium, beside rigid supports; sentences tell what has none.
 
@@ -114,9 +121,12 @@ def solved_loads(
         As `meshes_and_trains` returns them.
     seconds : dict, optional
         Takes the time of each phase.
+    so_far : list, optional
+        Takes each load as soon as it is solved.
     """
     seconds, failures = {} if seconds is None else seconds, list[str]()
-    loads, angles, every = list[SolvedLoad](), file.angles_per_pitch, file.model.sections.loads
+    loads = list[SolvedLoad]() if so_far is None else so_far
+    angles, every = file.angles_per_pitch, file.model.sections.loads
     over_loads, inside = (None, executor) if len(every) == 1 else (executor, None)
 
     def solve(load: LoadCase) -> SolvedLoad | str:
@@ -136,6 +146,21 @@ def solved_loads(
     pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     with _timed(seconds, "rigid supports, root stress"):
         return with_rigid_supports(loads, pairs, trains, angles, executor), tuple(failures)
+
+
+def _interrupted(
+    file: GearboxFile, loads: Sequence[SolvedLoad], trained: Mapping[str, ReducedPair], trains: Trains,
+    executor: Executor | None,
+) -> GearboxResult:  # fmt: skip
+    """Return the result of those loads that were solved before an interruption."""
+    there = {load.load.name for load in loads}
+    left = [one.name for one in file.model.sections.loads if one.name not in there]
+    failures = [text for load in loads for text in lost_of_load(load)]
+    failures += [f"load {name}: interrupted before it was solved" for name in left]
+    failures += [] if left else ["interrupted before tolerances and the flanks that fit were found"]
+    pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
+    found = with_rigid_supports(loads, pairs, trains, file.angles_per_pitch, executor)
+    return GearboxResult(file, found, tuple(failures), (), trained)
 
 
 def with_samples(

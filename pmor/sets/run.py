@@ -12,6 +12,7 @@ import numpy as np
 
 from pmor.case.models import coarser
 from pmor.core.arrays import FloatArray
+from pmor.core.errors import Stopped
 from pmor.core.progress import quietly, stage
 from pmor.line.several import GearTrain
 from pmor.pair.conditions import assembly_of
@@ -56,8 +57,12 @@ def solved(
     train = train_of(file, kept, executor)
     step(1)
     found = solve_set(file.plan, train, first_torques_Nm(file), file.angles_per_pitch, file.pitches, executor)
-    found = with_mesh_error(found, file.cases.values(), coarse_train_of(file, kept, executor))
-    samples = solve_samples(file, found, executor)
+    try:
+        found = with_mesh_error(found, file.cases.values(), coarse_train_of(file, kept, executor))
+        samples = solve_samples(file, found, executor)
+    except KeyboardInterrupt:
+        left = ("interrupted before the error bar of the mesh and the tolerances were solved",)
+        raise Stopped(SetResult(file, found, None, left)) from None
     step(1)
     failures = tuple(lost_positions(found, [f"{amount:g} N m" for amount in file.torques_Nm]))
     if samples is not None:

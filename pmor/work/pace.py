@@ -13,6 +13,19 @@ LOG = logging.getLogger("pmor")
 EVERY_S = 2.0
 
 
+class Beat:
+    """When the next line may be told; shared by works that follow each other quickly."""
+
+    next_s = 0.0
+
+    def due(self, now: float, every_s: float) -> bool:
+        """Whether a line may be told now; the next one may so much later."""
+        if now < self.next_s:
+            return False
+        self.next_s = now + every_s
+        return True
+
+
 class Pace:
     """Logs the finished share of some work, and the time left; safe to share between threads.
 
@@ -26,12 +39,16 @@ class Pace:
         Items that an earlier run has finished; they do not count for the rate.
     every_s : float
         Least time between two lines, s.
+    beat : Beat, optional
+        That of works before this one.
     """
 
-    def __init__(self, what: str, total: int, done: int = 0, *, every_s: float = EVERY_S) -> None:
+    def __init__(
+        self, what: str, total: int, done: int = 0, *, every_s: float = EVERY_S, beat: Beat | None = None
+    ) -> None:
         self._what, self._total, self._taken_over, self._done = what, total, done, done
         self._every_s, self._lock = every_s, threading.Lock()
-        self._begin, self._next = time.perf_counter(), 0.0
+        self._begin, self._beat = time.perf_counter(), beat or Beat()
         if done:
             LOG.info("%s: %d of %d are finished and taken over", what, done, total)
 
@@ -50,9 +67,8 @@ class Pace:
         """
         with self._lock:
             now = time.perf_counter()
-            if now < self._next:
+            if not self._beat.due(now, self._every_s):
                 return
-            self._next = now + self._every_s
             fresh, passed = self._done - self._taken_over, now - self._begin
             line = f"{self._what}: {self._done} of {self._total} done"
             if fresh and passed > 0.0:

@@ -19,7 +19,7 @@ from pmor.core.version import __version__
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import is_ours
 from pmor.storage.results_folder import working_folder
-from pmor.work.pace import Pace
+from pmor.work.pace import Beat, Pace
 
 # Name of the folder of finished pieces, beside the results.
 PARTS = "parts"
@@ -70,7 +70,7 @@ class Piece:
 
 def run_pieces(
     pieces: Sequence[Piece], folder: Path, *, executor: Executor | None = None,
-    progress: Callable[[int], None] | None = None, what: str = "pieces",
+    progress: Callable[[int], None] | None = None, what: str = "pieces", beat: Beat | None = None,
 ) -> tuple[dict[str, Result], tuple[str, ...]]:  # fmt: skip
     """Do all pieces of work that are not finished yet; progress goes to the log "pmor".
 
@@ -86,6 +86,8 @@ def run_pieces(
         Called with how many more pieces are there, first with those of an earlier run.
     what : str
         The pieces in the plural, for the log.
+    beat : Beat, optional
+        Of the log, where pieces are done again and again.
 
     Returns
     -------
@@ -104,7 +106,7 @@ def run_pieces(
             results[piece.name] = found
     if results:
         step(len(results))
-    pace = Pace(what, len(pieces), len(results))
+    pace = Pace(what, len(pieces), len(results), beat=beat)
 
     missing = [piece for piece in pieces if piece.name not in results]
     for piece, answer in _answers(missing, executor, pace):

@@ -13,6 +13,7 @@ from pmor.app.cli import main
 from pmor.case import basis_key
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification, Wave
+from pmor.machine import run
 from pmor.machine.bounds import named_bounds
 from pmor.machine.coupled import solve_load
 from pmor.machine.iso import arrangement
@@ -314,3 +315,22 @@ def test_a_load_without_an_equilibrium_is_named_and_the_others_are_written(job, 
 
 def _fail():
     raise pmor.ConvergenceError("no equilibrium", [])
+
+
+@pytest.mark.slow
+def test_an_interrupted_run_leaves_the_page_of_the_loads_that_were_solved(tmp_path, monkeypatch, capsys):
+    solve = run.solve_load
+
+    def interrupted(model, load, *arguments, **options):
+        if load.name == "light":
+            raise KeyboardInterrupt
+        return solve(model, load, *arguments, **options)
+
+    monkeypatch.setattr(run, "solve_load", interrupted)
+    path = written(tmp_path, f"{SMALL}[[loads]]{LOOSE}")
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 130
+    data = json.loads((tmp_path / "out" / "gearbox.json").read_text())
+    assert [load["name"] for load in data["loads"]] == ["drive"]
+    assert data["failures"] == ["load light: interrupted before it was solved"]
+    assert (tmp_path / "out" / "report.html").exists()
+    assert "interrupted" in capsys.readouterr().err

@@ -16,6 +16,7 @@ from pmor.body import elastic_gear
 from pmor.machine.loader import load as load_gearbox
 from pmor.machine.model import speeds_rpm
 from pmor.pair.model import gear_pair
+from pmor.sets import run
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
 from pmor.sets.output import BEARING_FILES, FILES, PIN_FILES, SAMPLE_FILES
@@ -350,3 +351,17 @@ def test_each_mesh_has_the_flanks_that_carry_in_it(tmp_path):
         assert (relieved.profile_slope_um, relieved.profile_crowning_um) == (5.0, 0.0)
         assert (crowned.profile_slope_um, crowned.profile_crowning_um) == (0.0, 3.0)
         assert cases["planet-ring"].wheel_modification.profile_crowning_um == (0.0 if sign else 2.0)
+
+
+@pytest.mark.slow
+def test_an_interrupted_run_leaves_the_page_of_what_was_solved(tmp_path, monkeypatch, capsys):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run, "with_mesh_error", interrupted)
+    path = written_set(tmp_path, SMALL_SET + NO_STRESS)
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 130
+    data = json.loads((tmp_path / "out" / "set.json").read_text())
+    assert data["failures"] == ["interrupted before the error bar of the mesh and the tolerances were solved"]
+    assert (tmp_path / "out" / "report.html").exists()
+    assert "page of what is solved" in capsys.readouterr().err
