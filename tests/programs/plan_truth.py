@@ -60,14 +60,14 @@ def _children() -> float:
 Row = tuple[str, str, float, float, str]
 
 
-def table(rows: list[Row], machine: str) -> str:
+def table(rows: list[Row], left: list[str], machine: str) -> str:
     """Return the table of files, commands, planned and taken seconds, and what was run in Markdown."""
     off = [row for row in rows if not 1.0 / FACTOR <= row[2] / row[3] <= FACTOR]
     lines = [
         "# What `pmor plan` foretells, and what is taken", "",
         "Shipped files and copies of other sizes, on one core with compiled kernels and nothing kept; seconds of the "
         "processor. Made by `python -m tests.programs.plan_truth parts.json cases/manual/plan.md`. " + machine, "",
-        f"{len(rows) - len(off)} of {len(rows)} are within a factor of two.", "",
+        f"{len(rows) - len(off)} of {len(rows)} are within a factor of two. Not run: {', '.join(left) or 'none'}.", "",
         "| file | command | plan, s | taken, s | plan / taken | run |", "|---|---|---|---|---|---|",
         *(
             f"| {name} | {typed(command)} | {planned:.1f} | {taken:.1f} | {planned / taken:.2f} | {part} |"
@@ -79,14 +79,16 @@ def table(rows: list[Row], machine: str) -> str:
 
 def main(parts: Path, out: Path, names: list[str]) -> None:
     """Measure what is not measured yet, and write the table."""
-    known, rows = json.loads(parts.read_text()) if parts.exists() else {}, list[Row]()
+    known, rows, left = json.loads(parts.read_text()) if parts.exists() else {}, list[Row](), list[str]()
 
     def add(key: str, command: str, file: Path, planned: float, how: str) -> None:
         if file.stem in names or (key not in known and not names):
             known[key] = round(taken_seconds(command, file), 1)
             parts.write_text(json.dumps(known, indent=1))
             print(f"{key}: {planned:.1f} s planned, {known[key]:.1f} s taken", file=sys.stderr)
-        if key in known:
+        if key not in known:
+            left.append(key)
+        else:
             seconds, part = known[key] if isinstance(known[key], list) else (known[key], how)
             rows.append((file.stem, command, planned, seconds, part))
 
@@ -105,7 +107,7 @@ def main(parts: Path, out: Path, names: list[str]) -> None:
             file.write_text(text, encoding="utf-8")
             planned = plan_of(pmor.load(file)).seconds[command]
             add(f"{command} {name}, changed", command, file, planned, f"a copy with {', '.join(changes.values())}")
-    out.write_text(table(rows, known.get("", "")), encoding="utf-8")
+    out.write_text(table(rows, left, known.get("", "")), encoding="utf-8")
 
 
 if __name__ == "__main__":
