@@ -152,8 +152,11 @@ def _small_png(pixels: Any, dpi: float) -> bytes:
     count = PALETTE - int(clear.any())
     found = Image.fromarray(opaque).quantize(count, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     if clear.any():
-        found.paste(PALETTE - 1, mask=Image.fromarray(clear))
-        options["transparency"] = PALETTE - 1
+        colours = (found.getpalette() or [])[: 3 * count]
+        place = len(colours) // 3
+        found = Image.fromarray(np.where(clear, place, np.asarray(found)).astype(np.uint8))
+        found.putpalette([*colours, *ground.tolist()])
+        options["transparency"] = place
     found.save(small, **options)
     return small.getvalue()
 
