@@ -29,7 +29,20 @@ _BORROWING: dict[str, Any] = {**_OPTIONS, "_nrt": False}
 ALLOCATING: dict[str, Any] = {**_OPTIONS, "_nrt": True}
 
 
-class _WithinLibrary(codegen.JITCodeLibrary):
+class _KernelLibrary(codegen.JITCodeLibrary):
+    """Code of a kernel: simplified, and optimised with all that it calls."""
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Take tuples apart and drop what is idle; numba has a whole optimisation here, which is done again later."""
+        module.data_layout = self._codegen._data_layout
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_sroa_pass()
+        passes.add_instruction_combine_pass()
+        passes.add_simplify_cfg_pass()
+        passes.run(module, self._codegen._pass_builder())
+
+
+class _WithinLibrary(_KernelLibrary):
     """What kernels alone call: code for their compiler, hardly optimised, and none for the machine.
 
     numba optimises a function, all that it calls included, and makes machine code of it, before it links it to its
@@ -54,11 +67,41 @@ class _WithinLibrary(codegen.JITCodeLibrary):
         super()._finalize_final_module()
 
 
-class _WithinCompiler(compiler.Compiler):
+class _KernelFlags(compiler.Flags):
+    """Options of a kernel: numba makes dictionaries of all of them to compare them, 100,000 times."""
+
+    def __hash__(self) -> int:
+        return len(self._values)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _KernelFlags) and self._values == other._values
+
+
+class _KernelCompiler(compiler.Compiler):
+    _library = _KernelLibrary
+
+    def __init__(
+        self, typingctx: Any, targetctx: Any, library: Any, args: Any, return_type: Any, flags: Any, locals: Any
+    ) -> None:
+        super().__init__(typingctx, targetctx, library, args, return_type, _KernelFlags(flags), locals)
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile; numba's own functions that the kernel calls are linked into it in the same way as ours."""
+        own = self.state.targetctx.codegen()
+        before, own._library_class = own._library_class, _WithinLibrary
+        try:
+            return super().compile_extra(func)
+        finally:
+            own._library_class = before
+
     def define_pipelines(self) -> Any:
-        self.state.library = _WithinLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library = self._library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
         self.state.library.enable_object_caching()
         return super().define_pipelines()
+
+
+class _WithinCompiler(_KernelCompiler):
+    _library = _WithinLibrary
 
 
 class _Uncollected(event.Listener):
@@ -83,13 +126,15 @@ class _Uncollected(event.Listener):
 
 event.register("numba:compile", _Uncollected())
 # Passes are run in this way since numba 0.62.
-_WITHIN = {"pipeline_class": _WithinCompiler} if hasattr(codegen, "create_pass_builder") else {}
+_OURS = hasattr(codegen, "create_pass_builder")
+_KERNEL: dict[str, Any] = {"pipeline_class": _KernelCompiler} if _OURS else {}
+_WITHIN: dict[str, Any] = {"pipeline_class": _WithinCompiler} if _OURS else {}
 
 
 def _compiling(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compile_kernel(function: Callable[..., Any]) -> Any:
         with keeping_kernels():
-            dispatcher = njit(**options)(function)
+            dispatcher = njit(**options, **_KERNEL)(function)
             if hasattr(dispatcher, "get_call_template") and "inline" not in options:
                 _serve_kernels(dispatcher, function, options)
         return dispatcher

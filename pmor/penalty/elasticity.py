@@ -128,7 +128,9 @@ class ReducedElasticity:
 
 def shape_elasticity(family: Family, position: Position) -> ReducedElasticity:
     """Return the active shapes of a position's windows, made orthonormal in energy."""
-    active = gather_active_shapes(position.kernel_pair, position.patches, len(position.nodes), family)
+    pinion, wheel = position.kernel_pair.gears
+    columns, pitch = (pinion.nodes.shape[1], wheel.nodes.shape[1]), position.kernel_pair.kinematics.pitch
+    active = gather_active_shapes(columns, pitch, position.patches, len(position.nodes), family)
     shapes = np.zeros((3 * len(position.nodes), active.size))
     for gear, (low, high) in enumerate(active.ranges):
         for pair in range(len(position.pair_index)):

@@ -32,35 +32,36 @@ _OF_FULL, _OF_SHAPES = place_windows, sweep_reduced
 
 
 @contextmanager
-def kernels_beside(case: Case) -> Iterator[Callable[[], object]]:
+def kernels_beside(case: Case) -> Iterator[tuple[Callable[[], object], Callable[[], object]]]:
     """Let a second process compile kernels that a case needs later: those of full FE, and of its further models.
 
     Yields
     ------
-    wait : callable
-        Returns when the second process has ended.
+    full, trained : callable
+        Return when the kernels of full FE, and those of trained shapes too, are there or their process has ended.
     """
     # Full FE under line contact places its sections by the kernels of the sweep, which this process compiles.
     full = "" if case.contact.scheme == "line" or is_kept(_OF_FULL) else case.contact.scheme
     # The nodal schemes share their kernels.
     trained = next((scheme for scheme, _ in other_models(case) if not is_kept(_OF_SHAPES)), "")
     if kernels_folder() is None or not (full or trained):
-        yield lambda: None
+        yield (lambda: None), (lambda: None)
         return
     with subprocess.Popen(
         # From the same folders as this process, and not from the one that it happens to be in.
         [sys.executable, "-P", "-c", _COMMAND, full, trained],
         env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
     ) as process:  # fmt: skip
         try:
-            yield process.wait
+            assert process.stdout is not None
+            yield process.stdout.readline, process.wait
         finally:
             process.kill()
 
 
 def compile_kernels(full: str, trained: str) -> None:
-    """Compile kernels by solving a tiny pair.
+    """Compile kernels by solving a tiny pair; say on a line when those of full FE are there.
 
     Parameters
     ----------
@@ -75,6 +76,9 @@ def compile_kernels(full: str, trained: str) -> None:
         case = _tiny_case(trained)
         model = elastic_model(case, mesh_model(case))
         reduced = reduced_pair(train(case, model, estimate_errors).basis)
+    sys.stdout.write("full FE\n")
+    sys.stdout.flush()
+    if trained:
         sweep_case(reduced)
         compare_models(reduced, model)
 

@@ -106,13 +106,15 @@ def run_models(
     gears = kept_beside(folder, overwrite)
 
     def run(
-        case: Case, mesh: MeshModel, solve: Callable[[], ElasticModel], name: str, asked: Callable[[OnlineResult], None]
-    ) -> OnlineResult:
+        case: Case, mesh: MeshModel, solve: Callable[[], ElasticModel], name: str,
+        asked: Callable[[OnlineResult], None], ready: Callable[[], object],
+    ) -> OnlineResult:  # fmt: skip
         path, basis, found = folder / name, bases.get(name), list[OnlineResult]()
         scheme, lines = case.contact.scheme, case.reduction.shapes == "line_loads"
 
         def sweep(basis: Basis) -> None:
             # The basis is valid, but sweep and outputs of the case may have changed since.
+            ready()
             reduced, size = reduced_pair(replace(basis, case=case)), path.stat().st_size if path.exists() else math.nan
             with stage(f"{scheme}: sweep over angles and torques"):
                 found.append(run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress))
@@ -135,14 +137,14 @@ def run_models(
             return with_comparison(found[0], full, executor, progress)
 
     found = list[OnlineResult | LostModel]()
-    with kernels_beside(case) as wait:
-        own = run(case, mesh, solve, OWN_BASIS, asked)
+    with kernels_beside(case) as (full, trained):
+        own = run(case, mesh, solve, OWN_BASIS, asked, lambda: None)
         if others:
-            wait()
+            full()
         for other, mesh in others:
             solve = cache(partial(_solved_again, other, mesh, solve))
             try:
-                found.append(run(other, mesh, solve, _basis_name(other.contact.scheme), lambda found: None))
+                found.append(run(other, mesh, solve, _basis_name(other.contact.scheme), lambda found: None, trained))
             except ConvergenceError as error:  # the others have their results
                 found.append(LostModel(other, str(error)))
     return replace(own, others=tuple(found))

@@ -234,23 +234,25 @@ def test_what_the_second_process_does_works_for_full_fe_and_for_trained_shapes(m
     monkeypatch.setattr(beside, "is_kept", lambda _kernel: False)
     monkeypatch.setattr(beside, "kernels_folder", Path)
     monkeypatch.setattr(beside, "other_models", lambda _case: [("direct", None)])
-    with beside.kernels_beside(case_with(contact={"scheme": "line"})) as wait:
-        assert wait() == 0
+    with beside.kernels_beside(case_with(contact={"scheme": "line"})) as (full, trained):
+        assert full() == b"full FE\n"  # those of trained shapes are compiled for as long again
+        assert trained() == 0
 
 
 def test_nothing_is_started_where_all_is_compiled(monkeypatch):
     monkeypatch.setattr(beside, "is_kept", lambda _kernel: True)
     monkeypatch.setattr(beside.subprocess, "Popen", None)
-    with beside.kernels_beside(case_with()) as wait:
-        assert wait() is None
+    with beside.kernels_beside(case_with()) as (full, trained):
+        assert full() is trained() is None
 
 
 def test_a_second_process_that_fails_is_waited_for_and_no_matter(monkeypatch):
     monkeypatch.setattr(beside, "is_kept", lambda _kernel: False)
     monkeypatch.setattr(beside, "kernels_folder", Path)
     monkeypatch.setattr(beside, "_COMMAND", "raise SystemExit(3)")
-    with beside.kernels_beside(case_with()) as wait:
-        assert wait() == 3
+    with beside.kernels_beside(case_with()) as (full, trained):
+        assert full() == b""
+        assert trained() == 3
 
 
 CODE = """

@@ -40,7 +40,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.core.compiling import allocating, inlined
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.compiling import allocating, compiled, inlined
 from pmor.core.linear import solve_factored
 from pmor.penalty.kernels.types import FIRST, FIRST_ROW, OFFSET
 
@@ -85,8 +86,42 @@ def _exchanged_work(block, force, change, to, by, work):
     return total
 
 
+class Discarded(NamedTuple):
+    """Workspace for the forces that the active shapes do not carry.
+
+    Attributes
+    ----------
+    force, change : ndarray, shape (unknowns of all windows,)
+        Nodal contact forces, and their derivatives by the torque, N and 1/mm.
+    rows : ndarray, shape (2, unknowns of all windows)
+    loaded : ndarray of int, shape (pairs, 2, 2)
+        Unknowns of each window that carry load: first and last but one.
+    """
+
+    force: FloatArray
+    change: FloatArray
+    rows: FloatArray
+    loaded: IntArray
+
+
 @allocating
-def discarded_energy_slope(count, pair, position, coordinates, compliance):
+def discarded_workspace(position, gears, compliance):
+    """Return the workspace of `discarded_energy_slope`; empty where there is no compliance."""
+    unknowns = 0
+    if len(compliance[0]) > 0:
+        unknowns = len(position.work.nodes) * _parts(gears, compliance)
+    rows = np.empty((4, unknowns))
+    return Discarded(rows[0], rows[1], rows[2:], np.empty((position.patches.pairs, 2, 2), dtype=np.int64))
+
+
+@compiled
+def _parts(gears, compliance):
+    """Return how many unknowns a node has."""
+    return compliance[0].shape[1] // (gears[0].nodes.shape[0] * gears[0].nodes.shape[1])
+
+
+@compiled
+def discarded_energy_slope(count, gears, patches, active_shapes, work, coordinates, compliance, discarded):
     """Derivative by the torque of the energy of the contact forces that the active shapes do not carry, rad.
 
     With r the nodal forces that are left over, it is r^T C dr/dT (eq. 2). The change of the state with the torque
@@ -97,22 +132,20 @@ def discarded_energy_slope(count, pair, position, coordinates, compliance):
     ----------
     count : int
         Points of the solved state.
-    pair, position, coordinates
+    gears : two Gear
+    patches, active_shapes, work, coordinates
         As `solve_state` leaves them.
     compliance : two ndarrays, shape (neighbours + 1, n, n)
         Compliance between the loaded flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N; two or three unknowns
         for each flank node.
+    discarded : Discarded
     """
-    patches, work, size, gears = position.patches, position.work, position.active_shapes.size, pair.gears
-    points, response = work.workspace.points, work.solution
+    size, points, response = active_shapes.size, work.workspace.points, work.solution
     response[:size], response[size] = 0.0, 1.0
     solve_factored(work.factor, size + 1, response)
-    across = gears[0].nodes.shape[1]
-    parts = compliance[0].shape[1] // (gears[0].nodes.shape[0] * across)
-    unknowns = parts * len(work.nodes)
-    force, change, rows = np.zeros(unknowns), np.zeros(unknowns), np.empty((2, unknowns))
-    loaded = np.zeros((patches.pairs, 2, 2), dtype=np.int64)
-    loaded[:, :, 0] = unknowns
+    across, parts = gears[0].nodes.shape[1], _parts(gears, compliance)
+    force, change, rows, loaded = discarded.force, discarded.change, discarded.rows, discarded.loaded
+    force[:], change[:], loaded[:, :, 0], loaded[:, :, 1] = 0.0, 0.0, len(force), 0
     total, half = 0.0, points.node.shape[1] // 2
     for n in range(count):
         if points.gap[n] >= 0.0:

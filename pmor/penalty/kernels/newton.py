@@ -70,14 +70,9 @@ class Solution(NamedTuple):
 
 
 @compiled
-def deform(pair, position, coordinates):
-    """Fill ``work.nodes`` with the deformed nodes."""
-    patches, work, ranges, fields = (
-        position.patches,
-        position.work,
-        position.active_shapes.ranges,
-        position.active_shapes.fields,
-    )
+def deform(columns, patches, active_shapes, work, coordinates):
+    """Fill ``work.nodes`` with the deformed nodes; `columns` of nodes of both gears."""
+    ranges, fields = active_shapes.ranges, active_shapes.fields
     flat, before = work.nodes.reshape(work.nodes.size), work.undeformed.reshape(work.undeformed.size)
     for dof in range(flat.size):
         flat[dof] = before[dof]
@@ -85,7 +80,7 @@ def deform(pair, position, coordinates):
         for gear in range(2):
             window = patches.windows[p, gear]
             low = 3 * window[OFFSET]
-            high = low + 3 * window[NODE_ROWS] * pair.gears[gear].nodes.shape[1]
+            high = low + 3 * window[NODE_ROWS] * columns[gear]
             for j in range(ranges[gear, 1] - ranges[gear, 0]):
                 # Slices from 0 on: a compiler must allow for a negative start and does not use vector registers then.
                 amplitude, field, moved = coordinates[ranges[gear, 0] + j], fields[j, low:high], flat[low:high]
@@ -218,7 +213,8 @@ def newton_step(count, active_shapes, work, coordinates, load):
 def evaluate(pair, position, coordinates, advance, load):
     """Deform, search, project; return the `State`."""
     patches, active_shapes, work = position.patches, position.active_shapes, position.work
-    deform(pair, position, coordinates)
+    columns = pair.gears[0].nodes.shape[1], pair.gears[1].nodes.shape[1]
+    deform(columns, patches, active_shapes, work, coordinates)
     found = search_all(pair, patches, advance, work.nodes, NEARBY * patches.clear, work.workspace)
     project_points(found.listed, active_shapes, work)
     touching, residual, potential = residuals(found.listed, active_shapes, work, coordinates, advance, load)

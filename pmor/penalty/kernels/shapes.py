@@ -69,12 +69,15 @@ def _drop_dependent(low, high, slot, gram, factor):
 
 
 @allocating
-def gather_active_shapes(pair, patches, nodes, family):
+def gather_active_shapes(columns, pitch, patches, nodes, family):
     """Collect the active shapes.
 
     Parameters
     ----------
-    pair : Pair
+    columns : two int
+        Columns of nodes of the pinion's and the wheel's flank.
+    pitch : float
+        Angular pitch of the pinion, rad.
     patches : ActivePatches
     nodes : int
         Of all windows.
@@ -89,14 +92,14 @@ def gather_active_shapes(pair, patches, nodes, family):
     gram, factor, fields = np.empty((most, most)), np.empty((most, most)), np.empty((most, 3 * nodes))
     active_shapes = ActiveShapes(0, slot, ranges, gram, factor, fields)
     if family.by_line:
-        size = _gather_lines(pair.gears, patches, family, active_shapes)
+        size = _gather_lines(columns, patches, family, active_shapes)
     else:
-        size = _interpolate_positions(pair, patches, family.positions, active_shapes)
+        size = _interpolate_positions(columns, pitch, patches, family.positions, active_shapes)
     return ActiveShapes(size, slot, ranges, gram, factor, fields)
 
 
 @allocating
-def _gather_lines(gears, patches, family, active_shapes):
+def _gather_lines(columns, patches, family, active_shapes):
     """Collect the shapes of the active lines; fill `active_shapes`, return their number."""
     size, before, gram = 0, 0, active_shapes.gram
     first = np.empty(patches.pairs + 1, dtype=np.int64)
@@ -106,7 +109,7 @@ def _gather_lines(gears, patches, family, active_shapes):
         _line_energy(gear, patches, family, before, first, active_shapes)
         size = _drop_dependent(low, first[patches.pairs], active_shapes.slot, gram, active_shapes.factor)
         active_shapes.ranges[gear, 0], active_shapes.ranges[gear, 1] = low, size
-        _line_fields(gear, gears[gear].nodes.shape[1], patches, family, before, active_shapes)
+        _line_fields(gear, columns[gear], patches, family, before, active_shapes)
         before += family.lines[gear].displacement.shape[1]
     for i in range(active_shapes.ranges[1, 0]):
         for j in range(active_shapes.ranges[1, 0], size):
@@ -207,12 +210,12 @@ def shape_weights(positions, roll_position, weights):
 
 
 @allocating
-def _interpolate_positions(pair, patches, positions, active_shapes):
+def _interpolate_positions(columns, pitch, patches, positions, active_shapes):
     """Interpolate the shapes of all pairs over their roll positions; fill `active_shapes`, return their number."""
     shapes, stencil = positions.displacement.shape[1], positions.gram.shape[2]
     weights, places = np.zeros((patches.pairs, stencil, shapes)), np.empty(patches.pairs, dtype=np.int64)
     for p in range(patches.pairs):
-        roll_position = patches.phi + patches.tooth_pair[p] * pair.kinematics.pitch
+        roll_position = patches.phi + patches.tooth_pair[p] * pitch
         places[p] = shape_weights(positions, roll_position, weights[p])
     for j in range(patches.pairs * shapes):
         active_shapes.slot[j] = j
@@ -220,7 +223,7 @@ def _interpolate_positions(pair, patches, positions, active_shapes):
     size = _drop_dependent(0, patches.pairs * shapes, active_shapes.slot, active_shapes.gram, active_shapes.factor)
     for gear in range(2):
         active_shapes.ranges[gear, 0], active_shapes.ranges[gear, 1] = 0, size
-        _position_fields(gear, pair.gears[gear].nodes.shape[1], patches, positions, weights, places, active_shapes)
+        _position_fields(gear, columns[gear], patches, positions, weights, places, active_shapes)
     return size
 
 

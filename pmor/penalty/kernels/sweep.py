@@ -9,7 +9,7 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled, merged
 from pmor.core.linear import entries_up_to
-from pmor.penalty.kernels.estimate import discarded_energy_slope
+from pmor.penalty.kernels.estimate import discarded_energy_slope, discarded_workspace
 from pmor.penalty.kernels.loads import empty_loads, list_loads, trimmed, with_space
 from pmor.penalty.kernels.newton import Solution, solve_state
 from pmor.penalty.kernels.search import search_workspace
@@ -127,7 +127,8 @@ def place_position(phi, depth, pair, family, pair_count, clearance):
     Position
     """
     patches, nodes = place_windows(phi, depth, clearance * depth, pair_count, pair.kinematics, pair.gears, pair.limits)
-    active_shapes = gather_active_shapes(pair, patches, nodes, family)
+    columns = pair.gears[0].nodes.shape[1], pair.gears[1].nodes.shape[1]
+    active_shapes = gather_active_shapes(columns, pair.kinematics.pitch, patches, nodes, family)
     undeformed = np.zeros((nodes, 3))
     load_windows(patches, pair.gears, pair.deviations, undeformed)
     workspace, size = search_workspace(pair, patches), active_shapes.size
@@ -255,36 +256,57 @@ def sweep_reduced(phi, applied_loads, pair, family, compliance, settings, result
         depth = settings.depth
         while True:
             position = place_position(phi[i], depth, pair, family, pair_count, settings.clearance)
-            border, coordinates, end = False, np.zeros(position.active_shapes.size), filled
-            for t in range(count):
-                solution = _solve_from_neighbour(
-                    t, i, applied_loads, pair, family, position, neighbour, coordinates, settings, results
-                )
-                border = border or solution.border
-                if not solution.converged:
-                    continue
-                if len(compliance[0]) > 0:
-                    results.slope[t, i] = discarded_energy_slope(
-                        solution.listed, pair, position, coordinates, compliance
-                    )
-                if settings.recorded:
-                    _record_amplitudes(t, i, neighbour.amplitude, results.amplitude)
-                    loads = with_space(loads, end + solution.listed)
-                    results.load_first[t, i] = end
-                    end = list_loads(
-                        solution.listed, pair.gears, position.patches, position.work.workspace.points, end, loads
-                    )
-                    results.load_count[t, i] = end - results.load_first[t, i]
-            patches = position.patches
-            _remember_position(patches, results.converged[:, i], neighbour)
+            coordinates = np.zeros(position.active_shapes.size)
+            discarded = discarded_workspace(position, pair.gears, compliance)
+            if settings.recorded:
+                loads = with_space(loads, filled + count * len(position.work.workspace.points.gap))
+            end, border = _solve_torques(
+                i, applied_loads, pair, family, position, neighbour, coordinates, compliance, discarded, loads, filled,
+                settings, results,
+            )  # fmt: skip
             if not border:
                 break
             depth *= 3.0
         filled = end
-        results.active_shapes[i] = position.active_shapes.size
-        for p in range(pair_count):
-            results.pair[i, p] = patches.tooth_pair[p] if p < patches.pairs else neighbour.tooth_pair[0] - 1
     return trimmed(loads, filled)
+
+
+@compiled
+def _solve_torques(
+    i, applied_loads, pair, family, position, neighbour, coordinates, compliance, discarded, loads, end, settings,
+    results,
+):  # fmt: skip
+    """Solve a position, number `i`, for all torques; fill the results, and write loads behind the first `end`.
+
+    Returns
+    -------
+    end : int
+        How many loads there are then.
+    border : bool
+        Contact reaches the border of a window.
+    """
+    patches, active_shapes, work, border = position.patches, position.active_shapes, position.work, False
+    for t in range(len(applied_loads)):
+        solution = _solve_from_neighbour(
+            t, i, applied_loads, pair, family, position, neighbour, coordinates, settings, results
+        )
+        border = border or solution.border
+        if not solution.converged:
+            continue
+        if len(compliance[0]) > 0:
+            results.slope[t, i] = discarded_energy_slope(
+                solution.listed, pair.gears, patches, active_shapes, work, coordinates, compliance, discarded
+            )
+        if settings.recorded:
+            _record_amplitudes(t, i, neighbour.amplitude, results.amplitude)
+            results.load_first[t, i] = end
+            end = list_loads(solution.listed, pair.gears, patches, work.workspace.points, end, loads)
+            results.load_count[t, i] = end - results.load_first[t, i]
+    _remember_position(patches, results.converged[:, i], neighbour)
+    results.active_shapes[i] = active_shapes.size
+    for p in range(settings.pair_count):
+        results.pair[i, p] = patches.tooth_pair[p] if p < patches.pairs else neighbour.tooth_pair[0] - 1
+    return end, border
 
 
 @merged
