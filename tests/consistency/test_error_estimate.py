@@ -52,7 +52,7 @@ def states(reduced, phi, misalignment=ALIGNED):
     return solved.position, reduced.elasticity_at(solved.position), solved.equilibria
 
 
-@pytest.mark.parametrize("scheme", ["direct", "facet"])
+@pytest.mark.parametrize("scheme", [pytest.param("direct", marks=pytest.mark.slow), "facet"])
 @pytest.mark.parametrize("shapes", ["flank_lines", "positions", "pod", "global_pod", "static_modes"])
 def test_the_kernel_estimates_what_its_slow_twin_does(scheme, shapes):
     reduced = reduced_pair(poor_basis(scheme, shapes=shapes))

@@ -200,7 +200,11 @@ def assert_same(one, other):
 
 @pytest.mark.jit
 @pytest.mark.usefixtures("few_candidates")
-@pytest.mark.parametrize("offline", [{}, {"sampling": "sobol", "solves": 6}, GREEDY], ids=["grid", "sobol", "greedy"])
+@pytest.mark.parametrize(
+    "offline",
+    [{}, pytest.param({"sampling": "sobol", "solves": 6}, marks=pytest.mark.slow), GREEDY],
+    ids=["grid", "sobol", "greedy"],
+)
 def test_threads_train_the_same_basis_to_the_last_bit(offline, tiny, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     model, calls, kept, shared = tiny[1], [], {}, {}

@@ -238,7 +238,7 @@ def test_the_page_solves_helical_pairs_and_gears_that_differ_in_the_hand_alone_s
     compare_solver(result, pair, 4)
 
 
-@pytest.mark.parametrize("helix_deg", [0.0, 15.0])
+@pytest.mark.parametrize("helix_deg", [pytest.param(0.0, marks=pytest.mark.slow), 15.0])
 def test_the_page_solves_rings(helix_deg):
     ring = {"teeth": 60, "internal": True, "addendum": 0.8, "rim_thickness_mm": 8.0, "root_fillet_mm": 1.2}
     case = case_with(

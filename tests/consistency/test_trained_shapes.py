@@ -175,8 +175,11 @@ def errors_of(folder, scheme="direct", width="half", **reduction):
     return np.abs(ste_of(reduced.meshed, reduced.elasticity_at, phi) / full - 1.0)
 
 
-@pytest.mark.parametrize("width", ["half", "whole"])
-@pytest.mark.parametrize("scheme", ["direct", "facet"])
+@pytest.mark.parametrize(
+    ("scheme", "width"),
+    [("direct", "half"), ("facet", "whole"), pytest.param("direct", "whole", marks=pytest.mark.slow),
+     pytest.param("facet", "half", marks=pytest.mark.slow)],
+)
 def test_static_modes_are_full_fe(scheme, width, tmp_path):
     assert errors_of(tmp_path, scheme, width, shapes="static_modes").max() < EXACT
 

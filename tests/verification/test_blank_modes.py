@@ -247,7 +247,11 @@ def _free(case, pair):
     return blank_modes(mesh, blank_below(case, case.pair.wheel, pair.wheel, mesh, 1), DENSITY, "hex20", HIGHEST, False)
 
 
-@pytest.mark.parametrize("modes", [lambda held: ours(held, (2, 4), 15.0), of_ring], ids=["helical", "ring"])
+@pytest.mark.parametrize(
+    "modes",
+    [pytest.param(lambda held: ours(held, (2, 4), 15.0), marks=pytest.mark.slow), of_ring],
+    ids=["helical", "ring"],
+)
 def test_free_modes_share_no_mass_with_motions_of_a_rigid_body(modes):
     """They do where the bore is held, or the outside of a ring stands on a bedding."""
     free, held = modes(False), modes(True)
