@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable
+from functools import cache
 from types import FunctionType
 from typing import Any
 
@@ -149,19 +150,23 @@ def _serve_kernels(dispatcher: Any, function: Callable[..., Any], options: dict[
     for int. All kernels take 57 s of CPU with twins, and 80 s without (numba 0.68). Of a function that
     kernels call, numba needs `get_call_template` and `get_overload`; without these there are no twins.
     """
-    within = FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__)
-    within.__qualname__ = f"{function.__qualname__}_within"  # its code is kept apart
-    within.__module__ = function.__module__
-    twin = njit(**{**options, "no_cpython_wrapper": True, **_WITHIN})(within)
+
+    @cache
+    def twin() -> Any:  # made when a kernel that calls it is compiled: kept ones do without
+        within = FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__)
+        within.__qualname__ = f"{function.__qualname__}_within"  # its code is kept apart
+        within.__module__ = function.__module__
+        with keeping_kernels():
+            return njit(**{**options, "no_cpython_wrapper": True, **_WITHIN})(within)
 
     def call_template(arguments: Any, keywords: Any) -> Any:
-        return twin.get_call_template(
+        dispatcher.get_overload = twin().get_overload
+        return twin().get_call_template(
             tuple(types.unliteral(kind) for kind in arguments),
             {name: types.unliteral(kind) for name, kind in keywords.items()},
         )
 
     dispatcher.get_call_template = call_template
-    dispatcher.get_overload = twin.get_overload
 
 
 compiled = _compiling(**_BORROWING)
