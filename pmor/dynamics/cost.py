@@ -29,4 +29,6 @@ def motion_seconds(case: Case) -> float | None:
 def _torque_seconds(case: Case) -> float:
     motion, sections = case.dynamics, gear_pair(case).total_contact_ratio * sections_across(case)
     solved = RESPONSE_S + 2 * motion.run_cycles * CYCLE_S
-    return PICTURES_S + LAW_S + SECTIONS_S * sections**2 + motion.degrees_of_freedom * solved
+    # Mesh cycles whose teeth differ, or stand on holes, have each a law of their own.
+    law = case.repeats_after * (LAW_S + SECTIONS_S * sections**2)
+    return PICTURES_S + law + motion.degrees_of_freedom * solved
