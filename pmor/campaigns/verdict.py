@@ -12,7 +12,7 @@ from pmor.campaigns.columns import Columns
 from pmor.campaigns.page import label_of, shown_results
 from pmor.campaigns.rows import STATUSES
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
-from pmor.report.verdict import JUDGED
+from pmor.report.verdict import JUDGED, sentence_of
 from pmor.results.quantities import MESHES, TABLE, Quantity
 from pmor.results.verdict import Verdict, digits
 
@@ -37,13 +37,18 @@ def campaign_verdict(result: Columns) -> Verdict:
         beyond[f"{TABLE[key].symbol}{f' of {part}' * bool(part)}"] += int(np.count_nonzero(values >= 1.0))
     good = "None of the results is judged by a limit."
     if excess:
-        within = "; ".join(symbol for symbol, n in beyond.items() if not n)
-        count = f"{np.count_nonzero(holds) or 'none'} of {len(solved)} solved designs are within all limits"
-        good = f"{count[:1].upper()}{count[1:]}{f', all within those of {within}' * bool(within)}."
+        count, within = np.count_nonzero(holds), " and ".join(symbol for symbol, n in beyond.items() if not n)
+        if count:
+            good = f"{count} of {len(solved)} solved designs {'is' if count == 1 else 'are'} within all limits"
+            good += f"; all are within that of {within}." if within else "."
+        else:
+            good = f"All designs are within the limit of {within}." if within else "No limit holds in all designs."
     every = {len(solved): "all"}
-    found = [f"{symbol} is beyond its limit in {every.get(n, n)}" for symbol, n in beyond.most_common() if n]
+    found = ["no design is within all limits"] * bool(excess and not holds.any())
+    found += [f"{symbol} is beyond its limit in {every.get(n, n)}" for symbol, n in beyond.most_common() if n]
     found += [*_spread(result), *lost]
-    return Verdict(good, f"{'; '.join(found)}." if found else "Nothing.", _advice(result, solved, holds, worst, excess))
+    bad = sentence_of("; ".join(found)) if found else "No result is beyond its limit."
+    return Verdict(good, bad, _advice(result, solved, holds, worst, excess))
 
 
 def excesses(result: Columns, solved: IntArray) -> Mapping[tuple[str, str], FloatArray]:

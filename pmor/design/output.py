@@ -121,7 +121,7 @@ def design_verdict(outcome: Found, read: Readings) -> Verdict:
     ends = [v.name for v, value in zip(design.variables, x, strict=True) if value in v.range]
     if ends:
         doubts.append(f"at the end of the range of {', '.join(ends)}: a wider one may have a better variant")
-    said = "; ".join(doubts) or "nothing of what is judged here"
+    said = "; ".join(doubts) or "no doubt is left: the best stands at no end of a range"
     values = ", ".join(f"{v.name} = {value:g}" for v, value in zip(design.variables, x, strict=True))
     base = digits(read.base.objective) if np.isfinite(read.base.objective) else "what did not converge"
     return Verdict(

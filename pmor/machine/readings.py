@@ -40,6 +40,8 @@ from pmor.sets.tolerances import sampled_figures
 
 Data = dict[str, Any]
 HARMONICS = 5
+# Of displacements in um: rounding leaves less of those that cancel.
+DIGITS_UM = 12
 # Of set.json, over all positions: they stay in the solution.
 SERIES = ("torque_Nm", "first_gear_torque_Nm", "ste_um", "sun_orbit_um")
 COMPARED = ("ste_mean_um", "ste_peak_to_peak_um", "ste_harmonics_um", "k_gamma")
@@ -106,10 +108,10 @@ def mesh_data(
         "flank": "coast" if mesh.meshing.coast else "drive",
         "torque_Nm": 1e-3 * mesh.torque,
         "force_N": mesh.force,
-        "f_beta_um": frame.along * float(f_beta_um(pair, mesh.displacement)),
-        "in_plane_um": -1e3 * width * float(relative[3]),
-        "out_of_plane_um": 1e3 * width * frame.hand * float(relative[4]),
-        "centre_distance_um": 1e3 * float(relative[1]),
+        "f_beta_um": _micrometres(frame.along * float(f_beta_um(pair, mesh.displacement))),
+        "in_plane_um": _micrometres(-1e3 * width * float(relative[3])),
+        "out_of_plane_um": _micrometres(1e3 * width * frame.hand * float(relative[4])),
+        "centre_distance_um": _micrometres(1e3 * float(relative[1])),
         "converged": bool(mesh.sweep.converged.all()),
         "pitches": mesh.sweep.pitches,
         **swept,
@@ -121,6 +123,11 @@ def mesh_data(
             [1e-3 * mesh.torque],
         ),
     }  # fmt: skip
+
+
+def _micrometres(value: float) -> float:
+    """Return a displacement as zero where only rounding is left of it, as between shafts that bend alike."""
+    return round(value, DIGITS_UM) + 0.0
 
 
 def _iso(found: CrudeMisalignment | None) -> Data:

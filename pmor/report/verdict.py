@@ -170,12 +170,12 @@ def verdict_of(
     """
     bad = [one for one in found if one.excess >= 1.0]
     good = [one for one in found if one.excess < 1.0 and one.key in PRAISED]
-    wrong = [_sentence(one.text) for one in drawn if one.bad]
+    wrong = [sentence_of(one.text) for one in drawn if one.bad]
     said = _told(good) if good else NONE_GOOD if bad else "No figure is known that could be judged."
     if lost:
-        return Verdict(said, " ".join([_sentence(lost[0]), *([_told(bad)] if bad else [])]), "What did not converge.")
+        return Verdict(said, " ".join([sentence_of(lost[0]), *([_told(bad)] if bad else [])]), "What did not converge.")
     if not bad:
-        open_ = [_sentence(one.text) for one in drawn if not one.bad]
+        open_ = [sentence_of(one.text) for one in drawn if not one.bad]
         not_good = " ".join(wrong) or "No figure is beyond its limit."
         return Verdict(said, not_good, " ".join(["Nothing: no figure asks for it.", *open_]))
     told = " ".join([_told(bad), *wrong])
@@ -190,7 +190,7 @@ def verdict_of(
             first = answer
         elif one.still(answer.before) and not answer.again(first):
             return Verdict(said, told, first.text, first, answer.text, answer)
-    return Verdict(said, told, first.text if first else _sentence("; ".join(dict.fromkeys(unhelped))), first)
+    return Verdict(said, told, first.text if first else sentence_of("; ".join(dict.fromkeys(unhelped))), first)
 
 
 def verdict_blocks(data: Mapping[str, Any]) -> list[Verdict]:
@@ -214,8 +214,9 @@ def _told(found: Sequence[Finding]) -> str:
     loads = {one.load for one in found}
     if len(loads) == 1 and (load := loads.pop()):
         return f"Under {load}: {'; '.join(one._replace(load='').text for one in found)}."
-    return _sentence("; ".join(one.text for one in found))
+    return sentence_of("; ".join(one.text for one in found))
 
 
-def _sentence(text: str) -> str:
+def sentence_of(text: str) -> str:
+    """Return words as a sentence."""
     return f"{text[:1].upper()}{text[1:]}."

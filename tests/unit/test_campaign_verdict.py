@@ -65,7 +65,8 @@ def test_a_campaign_tells_how_many_hold_what_decides_and_which_one_to_take(campa
 
 def test_where_no_design_holds_the_nearest_one_is_told_and_without_results_that(campaign):
     said = campaign_verdict(solved(campaign, lambda i: {"k_h_beta": 1.4 + abs(i - 7)}))
-    assert said.good == "None of 24 solved designs are within all limits."
+    assert said.good == "No limit holds in all designs."
+    assert said.not_good.startswith("No design is within all limits; K_Hβ is beyond its limit in all")
     assert said.try_first.startswith("Design 8 is nearest to the limits, furthest beyond that of K_Hβ.")
     said = campaign_verdict(solved(campaign, lambda i: {}, "infeasible"))
     assert (said.good, said.not_good) == ("No design has results.", "24 infeasible.")
