@@ -1,3 +1,3 @@
 """Version of the program."""
 
-__version__ = "0.10.0"
+__version__ = "0.11.0"
