@@ -78,11 +78,11 @@ PICTURES = (
     "root_stress_cycle", "mesh", "blanks", "revolution", "waterfall", "tolerances",
 )  # fmt: skip
 #: pictures by the parts of the page: before all else, by theme, after all else
-FIRST = ("ste.svg",)
+FIRST = ("ste.svg", "load_sharing.svg")
 DRAWN = {
     "Gear data": ("blanks.svg",),
     "Transmission error": ("revolution.svg", "waterfall.svg", "spectrum.svg", "harris.svg", "conditions.svg"),
-    "Stiffness and load sharing": ("stiffness.svg", "load_sharing.svg"),
+    "Stiffness and load sharing": ("stiffness.svg",),
     "Flanks": ("flank_maps.svg", "flank_pattern.svg", "contact_pattern.svg"),
     "Tolerances": ("tolerances.svg",),
     "Root stress": ("root_stress.svg", "root_stress_cycle.svg"),
