@@ -165,9 +165,19 @@ class SetTrials:
 
     def quickly(self, key: str, trial: Trial, every: bool = False) -> FloatArray:
         """Return a figure on few angles under the nominal torque or under all, (D,); infinite where it is not known."""
-        variant = (self._all if every else self._few).solve(self._built(trial))
+        variant = self._tried(trial, every)
         found = self._figure(key, variant)
         return np.where(variant.converged.all(axis=1) & np.isfinite(found), found, np.inf)
+
+    def _tried(self, trial: Trial, every: bool) -> SetVariant:
+        """Return a trial solved; several figures are asked of one after the other."""
+        if self._last.get(every, (None,))[0] != trial:
+            self._last[every] = dict(trial), (self._all if every else self._few).solve(self._built(trial))
+        return self._last[every][1]
+
+    @cached_property
+    def _last(self) -> dict[bool, Any]:
+        return {}
 
     def _figure(self, key: str, variant: SetVariant) -> FloatArray:
         if key == "ste_peak_to_peak_um":
