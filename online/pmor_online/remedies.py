@@ -21,7 +21,7 @@ from pmor.core.roots_and_minima import least_by_simplexes
 from pmor.gear.modification import Modification, other_places
 from pmor.results.quantities import TABLE
 from pmor.results.verdict import Advice, Change, digits
-from pmor_online.trials import Trial, Tried
+from pmor_online.trials import Figures, Trial, Tried
 
 # Amounts of relief that are tried first, over the largest transmission error; shares of the path at which it starts, %.
 AMOUNTS, STARTS = (0.2, 0.45, 0.75, 1.2), (50.0, 62.0, 75.0, 88.0)
@@ -61,7 +61,7 @@ def remedy(tried: Tried, key: str, gear: str = "pinion") -> Advice | None:
     if key == "ste_peak_to_peak_um":
         return _for_loads(tried, key, lambda aim: tip_relief(tried, aim))
     if key == "tip_edge_load_N_per_mm":
-        return _for_loads(tried, key, lambda aim: tip_relief(tried, _quiet(tried, aim)))
+        return _for_loads(tried, key, lambda aim: tip_relief(tried, aim), quiet=True)
     if not tried.over_width:
         return None
     if key == "k_h_beta":
@@ -92,33 +92,39 @@ def others_kept(advice: Advice, case: Case) -> Advice:
     return replace(advice, changes=(*advice.changes, *kept))
 
 
-def _for_loads(tried: Tried, key: str, search: Callable[[Aim], Trial]) -> Advice | None:
-    """Return what a search finds for the one load; for all loads, where it makes the figure of another grow."""
+def _for_loads(tried: Tried, key: str, search: Callable[[Aim], Trial], quiet: bool = False) -> Advice | None:
+    """Return what a search finds for the one load; for all loads, where it makes the figure of another grow.
+
+    Parameters
+    ----------
+    quiet : bool
+        The peak-to-peak transmission error is not to grow.
+    """
     before, load = tried.solved({}), tried.load
     known = np.isfinite(before[key])
     if not before[key][load] > 0.0:
         return None
 
-    def solved(aim: Aim) -> tuple[Trial, Mapping[str, FloatArray], bool]:
-        trial = search(aim)
+    def solved(figure: Callable[[Figures], float], every: bool) -> tuple[Trial, Figures, bool]:
+        trial = search(_aim(tried, figure, every, quiet))
         after = tried.solved(trial)
         gains = after[key][load] <= (1.0 - LEAST_GAIN) * before[key][load] and np.isfinite(after[key][known]).all()
         return trial, after, bool(gains)
 
-    def largest(trial: Trial) -> float:
-        share = tried.quickly(key, trial, every=True)[known] / filed[known].max()
+    def largest(found: Figures) -> float:
+        share = found[key][known] / filed[known].max()
         own = share[place] * filed[known].max() / filed[load]
         return float(max(own, np.delete(share, place).max()) + OF_THE_ONE * own)
 
-    trial, after, gains = solved(lambda trial: float(tried.quickly(key, trial)[0]))
+    trial, after, gains = solved(lambda found: float(found[key][0]), every=False)
     if not gains:
         return None
     one = advice_of(tried, key, trial, before, after)
     worst = max(np.flatnonzero(known), key=lambda number: _growth(before[key][number], after[key][number]))
     if not _grows(before[key][worst], after[key][worst]):
         return one
-    filed, place = tried.quickly(key, {}, every=True), int(np.count_nonzero(known[:load]))
-    whole, found, gains = solved(largest)
+    filed, place = tried.quickly({}, every=True)[key], int(np.count_nonzero(known[:load]))
+    whole, found, gains = solved(largest, every=True)
     most = np.max(found[key][known])
     # It has to be better for the largest, and for the load that the one would make worse.
     better = _grows(most, np.max(after[key][known])) and _grows(found[key][worst], after[key][worst])
@@ -130,15 +136,19 @@ def _for_loads(tried: Tried, key: str, search: Callable[[Aim], Trial]) -> Advice
     return replace(told, beside=(*told.beside, f"This is for the largest over all loads; {takes}."))
 
 
-def _quiet(tried: Tried, aim: Aim) -> Aim:
-    """A figure where the peak-to-peak transmission error does not grow."""
-    before, filed = aim({}) or 1.0, float(tried.quickly("ste_peak_to_peak_um", {})[0])
+def _aim(tried: Tried, figure: Callable[[Figures], float], every: bool, quiet: bool) -> Aim:
+    """From a trial to a figure on few angles; quiet: where the peak-to-peak transmission error does not grow."""
+    if not quiet:
+        return lambda trial: figure(tried.quickly(trial, every))
+    filed, load = tried.quickly({}, every), tried.load if every else 0
+    before, loud = figure(filed) or 1.0, float(filed["ste_peak_to_peak_um"][load])
 
-    def figure(trial: Trial) -> float:
-        spread = float(tried.quickly("ste_peak_to_peak_um", trial)[0]) / filed
-        return aim(trial) / before + 10.0 * max(spread - 1.0, 0.0)
+    def aim(trial: Trial) -> float:
+        found = tried.quickly(trial, every)
+        spread = float(found["ste_peak_to_peak_um"][load]) / loud
+        return figure(found) / before + 10.0 * max(spread - 1.0, 0.0)
 
-    return figure
+    return aim
 
 
 def off_most(tried: Tried, gears: Sequence[str]) -> str:

@@ -19,6 +19,8 @@ from pmor_online.variants import VariantSolver, VariantState
 
 #: keys of modifications with their values, by gear
 Trial = Mapping[str, Mapping[str, float]]
+#: figures by their keys, under one load or all
+Figures = Mapping[str, FloatArray]
 # Angles of a pitch on which flanks are tried, and numbers of positions and sections beyond which none are.
 FEW_ANGLES, MOST_NUMBERS = 16, 30_000_000
 # Of the module: relief and crowning of more are no modifications any more.
@@ -74,10 +76,10 @@ class Tried(Protocol):
     def having(self, trial: Trial, loads: Sequence[str] | None = None) -> Self:
         """Return it with a trial in its file, under some loads alone."""
 
-    def quickly(self, key: str, trial: Trial, every: bool = False) -> FloatArray:
-        """Return a figure on few angles under the one load, or under all, (D,); infinite where it is not known."""
+    def quickly(self, trial: Trial, every: bool = False) -> Figures:
+        """Return all figures on few angles under the one load, or under all, each (D,); infinite where not known."""
 
-    def solved(self, trial: Trial) -> Mapping[str, FloatArray]:
+    def solved(self, trial: Trial) -> Figures:
         """Return all figures under all loads, as a run has them, each (D,)."""
 
     def sections(self, gear: str) -> Sequence[str]:
@@ -201,17 +203,18 @@ class MeshTrials:
             self._solvers[angles, numbers] = VariantSolver(self.reduced, phi, [one.torque_Nm for one in loads], hubs)
         return self._solvers[angles, numbers]
 
-    def quickly(self, key: str, trial: Trial, every: bool = False) -> FloatArray:
-        """Return a figure on few angles under the one load, or under all, (D,); infinite where it is not known."""
+    def quickly(self, trial: Trial, every: bool = False) -> Figures:
+        """Return all figures on few angles under the one load, or under all, each (D,); infinite where not known."""
         loads = range(len(self.under)) if every else [self.load]
-        states = self._states(trial, FEW_ANGLES, loads)
-        found = np.array([_figure(key, *states[load]) for load in loads])
-        return np.where(np.isfinite(found), found, np.inf)
+        found = self._figures(trial, FEW_ANGLES, loads)
+        return {key: np.where(np.isfinite(values), values, np.inf) for key, values in found.items()}
 
-    def solved(self, trial: Trial) -> Mapping[str, FloatArray]:
+    def solved(self, trial: Trial) -> Figures:
         """Return all figures under all loads, as a run has them."""
-        loads = range(len(self.under))
-        states = self._states(trial, self.reduced.basis.case.online.angles_per_pitch, loads)
+        return self._figures(trial, self.reduced.basis.case.online.angles_per_pitch, range(len(self.under)))
+
+    def _figures(self, trial: Trial, angles: int, loads: Sequence[int]) -> Figures:
+        states = self._states(trial, angles, loads)
         return {key: np.array([_figure(key, *states[load]) for load in loads]) for key in FIGURES}
 
     def sections(self, gear: str) -> Sequence[str]:

@@ -21,7 +21,7 @@ from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Cell, Table, text_lines
-from pmor.report.verdict import verdict_text
+from pmor.report.verdict import sentence_of, verdict_text
 from pmor.results.verdict import Verdict, digits
 from pmor.storage.design_file import DesignResults, write_design_file
 from pmor.work.results import Report
@@ -126,7 +126,7 @@ def design_verdict(outcome: Found, read: Readings) -> Verdict:
     base = digits(read.base.objective) if np.isfinite(read.base.objective) else "what did not converge"
     return Verdict(
         f"{words_of(goal.key)}, mean over the loads: from {base} to {digits(best)}{unit}.",
-        f"{said[:1].upper()}{said[1:]}.",
+        sentence_of(said),
         f"{values}: pmor design {outcome.file.name}.toml --case {outcome.best} writes the file.",
     )
 

@@ -24,7 +24,7 @@ from pmor.sets.settings import SetSections
 from pmor.sets.solution import SetSolution, solve_set
 from pmor.sets.variants import BuiltSet, SetVariant, SetVariants
 from pmor_online.remedies import LEAST_GAIN, off_most, remedy, with_first
-from pmor_online.trials import MOST_IN_MODULES, Trial
+from pmor_online.trials import FIGURES, MOST_IN_MODULES, Figures, Trial
 
 # Angles of a mesh cycle on which flanks are tried; positions beyond which nothing is.
 FEW_ANGLES, MOST_POSITIONS = 10, 3000
@@ -163,21 +163,14 @@ class SetTrials:
     def _all(self) -> SetVariants:
         return self._solver(FEW_ANGLES, self.solution.torque_Nm)
 
-    def quickly(self, key: str, trial: Trial, every: bool = False) -> FloatArray:
-        """Return a figure on few angles under the nominal torque or under all, (D,); infinite where it is not known."""
-        variant = self._tried(trial, every)
-        found = self._figure(key, variant)
-        return np.where(variant.converged.all(axis=1) & np.isfinite(found), found, np.inf)
+    def quickly(self, trial: Trial, every: bool = False) -> Figures:
+        """Return all figures on few angles under the nominal torque or all, each (D,); infinite where not known."""
+        found = self._figures((self._all if every else self._few).solve(self._built(trial)))
+        return {key: np.where(np.isfinite(values), values, np.inf) for key, values in found.items()}
 
-    def _tried(self, trial: Trial, every: bool) -> SetVariant:
-        """Return a trial solved; several figures are asked of one after the other."""
-        if self._last.get(every, (None,))[0] != trial:
-            self._last[every] = dict(trial), (self._all if every else self._few).solve(self._built(trial))
-        return self._last[every][1]
-
-    @cached_property
-    def _last(self) -> dict[bool, Any]:
-        return {}
+    def _figures(self, variant: SetVariant) -> Figures:
+        there = variant.converged.all(axis=1)
+        return {key: np.where(there, self._figure(key, variant), np.nan) for key in FIGURES}
 
     def _figure(self, key: str, variant: SetVariant) -> FloatArray:
         if key == "ste_peak_to_peak_um":
@@ -186,19 +179,17 @@ class SetTrials:
             return variant.solution.k_h_beta(self.mesh)
         return variant.solution.figures_of(self.mesh)[key]
 
-    def solved(self, trial: Trial) -> Mapping[str, FloatArray]:
+    def solved(self, trial: Trial) -> Figures:
         """Return figures under all loads: under the nominal torque as a run has them, under others on few angles."""
         nominal = slice(self.load, self.load + 1)
-        whole = self._solver(self.solution.angles_per_pitch, self.solution.torque_Nm[nominal]).solve(self._built(trial))
-        every = whole
-        if len(self.solution.torque_Nm) > 1:
-            every = self._all.solve(self._built(trial))
-        found = {}
-        for key in ("ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa", "tip_edge_load_N_per_mm"):
-            values = np.where(every.converged.all(axis=1), self._figure(key, every), np.nan)
-            values[self.load] = self._figure(key, whole)[0] if whole.converged.all() else np.nan
-            found[key] = values
-        return found
+        whole = self._solver(self.solution.angles_per_pitch, self.solution.torque_Nm[nominal])
+        found = self._figures(whole.solve(self._built(trial)))
+        if len(self.solution.torque_Nm) == 1:
+            return found
+        every = self._figures(self._all.solve(self._built(trial)))
+        for key, values in every.items():
+            values[self.load] = found[key][0]
+        return every
 
     def sections(self, gear: str) -> Sequence[str]:
         """Return the sections of the file that have the flanks of a member."""
